@@ -1,0 +1,153 @@
+# Cyclops: one eye on the tanker. `make help` lists the targets.
+#
+# One makefile, no recursion. VARIANT=release (default), debug, asan, ubsan, tsan or coverage; each builds in its own
+# folder below build/, release in build/ itself.
+
+VARIANT ?= release
+MAKEFLAGS += --no-builtin-rules
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.SUFFIXES:
+
+VERSION := $(shell cat VERSION 2>/dev/null || echo 0.0.0)
+B := $(if $(filter release,$(VARIANT)),build,build/$(VARIANT))
+GEN := build/gen
+PREFIX ?= /usr/local
+
+# --- what is needed from the system ------------------------------------------------------------------------------
+# build/deps.mk is made by tools/deps.sh: it installs what is missing, then writes the compiler flags of each library.
+# GNU make remakes it and starts over, so the first `make` on a fresh machine needs no second call.
+QUIET_GOALS := help clean deps layers loc deps-extra
+ifneq ($(filter-out $(QUIET_GOALS),$(or $(MAKECMDGOALS),help)),)
+-include build/deps.mk
+build/deps.mk: tools/deps.sh tools/packages.txt
+	@tools/deps.sh $@
+endif
+
+# --- flags -------------------------------------------------------------------------------------------------------
+CXX ?= g++
+ARCH ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v3,native)
+OPT_release  := -O3 -g1
+OPT_debug    := -O0 -g
+OPT_asan     := -O1 -g -fsanitize=address -fno-omit-frame-pointer
+OPT_ubsan    := -O1 -g -fsanitize=undefined -fno-sanitize-recover=all
+OPT_tsan     := -O1 -g -fsanitize=thread
+OPT_coverage := -O0 -g --coverage -fprofile-update=atomic
+WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Werror=return-type
+# No fused multiply-add: every build of the same source gives the same bits.
+CXXFLAGS += -std=c++20 $(OPT_$(VARIANT)) -march=$(ARCH) -ffp-contract=off $(WARN) -pthread -DCYCLOPS_VERSION='"$(VERSION)"'
+CPPFLAGS += -Isrc -I. -isystem $(GEN)/cpp $(DEPS_CFLAGS)
+LDFLAGS += $(OPT_$(VARIANT)) -pthread
+LDLIBS += $(DEPS_LIBS)
+
+# --- sources: the path tells what a file becomes -----------------------------------------------------------------
+#   src/**/*.cpp            libcyclops.a      src/service/cyclops_main.cpp   bin/cyclops
+#   hil/**/*.cpp            libhil.a          {hil,tools}/NAME_main.cpp      bin/cyclops-NAME
+#   test/<mirror>/*_test.cpp  unit tests      test/integration/*_test.cpp    tests in their own network namespace
+#   test/bench/*_bench.cpp  bin/bench         test/fuzz/NAME_fuzz.cpp        bin/fuzz-NAME (clang)
+MAINS     := $(wildcard src/service/*_main.cpp hil/*_main.cpp tools/*_main.cpp)
+LIB_SRC   := $(filter-out %_main.cpp,$(shell find src -name '*.cpp'))
+HIL_SRC   := $(filter-out %_main.cpp,$(shell find hil -name '*.cpp'))
+TOOL_SRC  := $(filter-out %_main.cpp,$(wildcard tools/*.cpp))
+UNIT_SRC  := $(filter-out test/integration/% test/bench/% test/fuzz/%,$(shell find test -name '*_test.cpp'))
+INTEG_SRC := $(wildcard test/integration/*_test.cpp)
+BENCH_SRC := $(wildcard test/bench/*_bench.cpp)
+FUZZ_SRC  := $(wildcard test/fuzz/*_fuzz.cpp)
+LCM_SRC   := $(wildcard lcmtypes/*.lcm)
+objects    = $(patsubst %.cpp,$(B)/obj/%.o,$(1))
+program    = $(B)/bin/$(if $(filter src/service/cyclops_main.cpp,$(1)),cyclops,cyclops-$(patsubst %_main.cpp,%,$(notdir $(1))))
+PROGRAMS  := $(foreach m,$(MAINS),$(call program,$(m)))
+LIBS      := $(B)/lib/libtools.a $(B)/lib/libhil.a $(B)/lib/libcyclops.a
+
+.PHONY: help deps deps-extra all types run check unit integration bench fuzz asan ubsan tsan coverage spy install layers loc clean video
+
+help: ## this list
+	@echo "Cyclops $(VERSION): measured tanker features for navigation. Usual: make run, make check."
+	@grep -hE '^[a-z][a-z-]*:.*##' Makefile | sed -E 's/^([a-z-]+):.*## /  \1|/' | column -t -s'|'
+
+deps: ## install what is missing (Debian packages; needs root or sudo without a password)
+	@tools/deps.sh build/deps.mk
+deps-extra: ## packages for fuzzing, screenshots and benchmarks against peers
+	@tools/deps.sh --extra
+
+all: $(PROGRAMS) types ## build every program
+
+# --- generated message types -------------------------------------------------------------------------------------
+TYPES_STAMP := $(GEN)/stamp
+$(TYPES_STAMP): $(LCM_SRC)
+	@mkdir -p $(GEN)/cpp $(GEN)/python $(GEN)/java
+	@lcm-gen -x --cpp-std=c++11 --cpp-hpath $(GEN)/cpp $(LCM_SRC)
+	@lcm-gen -p --ppath $(GEN)/python $(LCM_SRC)
+	@lcm-gen -j --jpath $(GEN)/java $(LCM_SRC)
+	@touch $@
+$(GEN)/cyclops-types.jar: $(TYPES_STAMP)
+	@echo "  jar $@"; mkdir -p $(GEN)/classes
+	@javac -nowarn -Xlint:none -cp $(LCM_JAR) -d $(GEN)/classes $(GEN)/java/cyclops/*.java
+	@jar cf $@ -C $(GEN)/classes .
+types: $(GEN)/cyclops-types.jar ## C++, Python and Java message types, and the jar for lcm-spy
+
+# --- compiling ---------------------------------------------------------------------------------------------------
+$(B)/obj/%.o: %.cpp Makefile | $(TYPES_STAMP)
+	@mkdir -p $(@D); echo "  c++ $<"
+	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MMD -MP -c $< -o $@
+$(B)/lib/libcyclops.a: $(call objects,$(LIB_SRC))
+$(B)/lib/libhil.a: $(call objects,$(HIL_SRC))
+$(B)/lib/libtools.a: $(call objects,$(TOOL_SRC))
+$(B)/lib/%.a:
+	@mkdir -p $(@D); rm -f $@; $(AR) rcs $@ $^
+define program_rule
+$(call program,$(1)): $(call objects,$(1)) $(LIBS)
+	@mkdir -p $$(@D); echo "  link $$@"
+	@$(CXX) $(LDFLAGS) $$^ $(LDLIBS) -o $$@
+endef
+$(foreach m,$(MAINS),$(eval $(call program_rule,$(m))))
+$(B)/test/unit-tests: $(call objects,$(UNIT_SRC)) $(call objects,test/support.cpp) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
+$(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/support.cpp) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
+$(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -o $@
+-include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(MAINS) test/support.cpp))
+
+# --- doing the job -----------------------------------------------------------------------------------------------
+run: all ## fly the embedded flight through the whole rig; report in build/run/
+	@hil/run.sh $(B)
+
+check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
+	@test/check.sh $(B)
+unit: $(B)/test/unit-tests ## unit and property tests only
+	@$(B)/test/unit-tests --gtest_brief=1
+integration: all $(B)/test/integration-tests ## tests over real GVSP packets and LCM multicast
+	@test/in-netns.sh $(B)/test/integration-tests --gtest_brief=1
+bench: $(B)/bin/bench ## time per stage beside OpenCV, in one run
+	@$(B)/bin/bench
+
+# --- sanitizers, coverage, fuzzing -------------------------------------------------------------------------------
+asan ubsan tsan: ## all tests and the whole pipeline under a sanitizer
+	@$(MAKE) --no-print-directory VARIANT=$@ sanitized
+.PHONY: sanitized
+sanitized: all $(B)/test/unit-tests $(B)/test/integration-tests
+	@test/sanitized.sh $(B) $(VARIANT)
+coverage: ## line coverage of src/ by the unit and integration tests
+	@$(MAKE) --no-print-directory VARIANT=coverage sanitized && test/coverage.sh
+FUZZ_SECONDS ?= 30
+fuzz: $(TYPES_STAMP) ## every decoder and parser under libFuzzer, FUZZ_SECONDS each (needs make deps-extra)
+	@test/fuzz.sh $(FUZZ_SECONDS)
+
+# --- looking, installing -----------------------------------------------------------------------------------------
+spy: types ## lcm-spy with our types
+	@tools/spy.sh $(GEN)/cyclops-types.jar
+install: all ## into DESTDIR/PREFIX
+	@install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/cyclops $(DESTDIR)$(PREFIX)/share/doc/cyclops
+	@install -m 755 $(PROGRAMS) $(DESTDIR)$(PREFIX)/bin
+	@cp -r config lcmtypes $(DESTDIR)$(PREFIX)/share/cyclops
+	@install -m 644 $(GEN)/cyclops-types.jar $(DESTDIR)$(PREFIX)/share/cyclops
+	@install -m 755 tools/spy.sh tools/report.py $(DESTDIR)$(PREFIX)/share/cyclops
+	@install -m 644 README.md LICENSE CHANGELOG.md docs/*.md $(DESTDIR)$(PREFIX)/share/doc/cyclops
+layers: ## is the include direction of src/ true?
+	@test/layers.sh
+loc: ## lines by folder
+	@for d in src/* hil tools test; do printf '%7d %s\n' $$(find $$d -name '*.[ch]pp' -o -name '*.py' -o -name '*.sh' | xargs -r cat | wc -l) $$d; done
+clean: ## remove build/
+	@rm -rf build

@@ -1,0 +1,143 @@
+#include "geometry/tanker_model.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace cyclops {
+namespace {
+
+constexpr std::size_t kMost = 1024;  // msg/limits.hpp kMaxFeatures; geometry may not include msg
+
+/// Splits one CSV line; a field in double quotes may hold commas, a doubled quote is one quote.
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> out(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') { out.back() += '"'; ++i; }
+    else if (c == '"') quoted = !quoted;
+    else if (c == ',' && !quoted) out.emplace_back();
+    else if (c != '\r') out.back() += c;
+  }
+  return out;
+}
+
+std::string trimmed(const std::string& s) {
+  const auto a = s.find_first_not_of(" \t");
+  return a == std::string::npos ? "" : s.substr(a, s.find_last_not_of(" \t") - a + 1);
+}
+
+bool number(const std::string& text, double& out) {
+  const std::string t = trimmed(text);
+  const auto [end, code] = std::from_chars(t.data(), t.data() + t.size(), out);
+  return code == std::errc{} && end == t.data() + t.size() && std::isfinite(out);
+}
+
+bool parse_normals(const std::string& text, std::vector<Vec3>& out) {
+  std::istringstream groups(text);
+  std::string group;
+  while (std::getline(groups, group, ';')) {
+    std::istringstream words(group);
+    Vec3 n;
+    std::string extra;
+    if (!(words >> n.x() >> n.y() >> n.z()) || (words >> extra) || !n.allFinite() || n.norm() < 1e-6) return false;
+    out.push_back(n.normalized());
+  }
+  return true;
+}
+
+class Columns {
+ public:
+  explicit Columns(const std::vector<std::string>& header) {
+    for (std::size_t i = 0; i < header.size(); ++i) at_.emplace(trimmed(header[i]), i);
+  }
+  [[nodiscard]] const std::string* find(const std::vector<std::string>& row, std::initializer_list<const char*> names) const {
+    for (const char* name : names)
+      if (const auto it = at_.find(name); it != at_.end() && it->second < row.size()) return &row[it->second];
+    return nullptr;
+  }
+  [[nodiscard]] bool has(std::initializer_list<const char*> names) const {
+    for (const char* name : names)
+      if (at_.count(name) != 0) return true;
+    return false;
+  }
+
+ private:
+  std::map<std::string, std::size_t> at_;
+};
+
+}  // namespace
+
+Point<frame::K> TankerModel::body_from_model(const Point<frame::M>& p) const {
+  const Vec3 d = p - ins_;
+  return {-d.x(), d.y(), -d.z()};
+}
+
+Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string& name, double unit, const Vec3& ins_model) {
+  TankerModel model;
+  model.ins_ = Point<frame::M>(ins_model * unit);
+  std::istringstream lines(csv);
+  std::string line;
+  int line_no = 0;
+  std::set<std::int32_t> seen;
+  std::optional<Columns> columns;
+  while (std::getline(lines, line)) {
+    ++line_no;
+    const std::string where = name + ":" + std::to_string(line_no);
+    if (trimmed(line).empty() || trimmed(line)[0] == '#' || trimmed(line) == "\r") continue;
+    const auto row = split(line);
+    if (!columns) {
+      columns.emplace(row);
+      for (const char* need : {"id", "x", "y", "z"})
+        if (!columns->has({need, (std::string(need) + "_m").c_str(), (std::string(need) + "_in").c_str()}))
+          return make_error(ErrorCode::kCorrupt, where, "header has no column \"" + std::string(need) + "\", expected id, x, y, z");
+      continue;
+    }
+    Feature f;
+    double id = 0, sigma = 0;
+    const auto* id_text = columns->find(row, {"id"});
+    if (id_text == nullptr || !number(*id_text, id) || id != std::floor(id) || std::fabs(id) > 1e9)
+      return make_error(ErrorCode::kCorrupt, where, "id is \"" + (id_text != nullptr ? *id_text : "") + "\", expected a whole number");
+    f.id = static_cast<std::int32_t>(id);
+    if (!seen.insert(f.id).second) return make_error(ErrorCode::kCorrupt, where, "id " + std::to_string(f.id) + " stands twice");
+    const char* axes[3][3] = {{"x", "x_m", "x_in"}, {"y", "y_m", "y_in"}, {"z", "z_m", "z_in"}};
+    for (int a = 0; a < 3; ++a) {
+      const auto* text = columns->find(row, {axes[a][0], axes[a][1], axes[a][2]});
+      double v = 0;
+      if (text == nullptr || !number(*text, v))
+        return make_error(ErrorCode::kCorrupt, where, std::string(axes[a][0]) + " is \"" + (text != nullptr ? *text : "") + "\", expected a finite number");
+      f.p_m.xyz[a] = v * unit;
+    }
+    if (const auto* t = columns->find(row, {"name", "label"})) f.name = trimmed(*t);
+    if (const auto* t = columns->find(row, {"kind"})) f.kind = trimmed(*t);
+    if (const auto* t = columns->find(row, {"normals"}); t != nullptr && !parse_normals(*t, f.normals_m))
+      return make_error(ErrorCode::kCorrupt, where, "normals is \"" + *t + "\", expected \"nx ny nz; nx ny nz\"");
+    if (const auto* t = columns->find(row, {"sigma", "sigma_m", "sigma_in"}); t != nullptr && !trimmed(*t).empty()) {
+      if (!number(*t, sigma) || sigma < 0) return make_error(ErrorCode::kCorrupt, where, "sigma is \"" + *t + "\", expected a number of 0 or more");
+      f.sigma_m = sigma * unit;
+    }
+    if (const auto* t = columns->find(row, {"enabled"}); t != nullptr && !trimmed(*t).empty()) {
+      const std::string word = trimmed(*t);
+      if (word != "0" && word != "1") return make_error(ErrorCode::kCorrupt, where, "enabled is \"" + *t + "\", expected 0 or 1");
+      f.enabled = word == "1";
+    }
+    if (model.features_.size() == kMost) return make_error(ErrorCode::kFull, where, "more than 1024 features");
+    model.features_.push_back(std::move(f));
+  }
+  if (model.features_.empty()) return make_error(ErrorCode::kTruncated, name, "holds no feature");
+  return model;
+}
+
+Result<TankerModel> TankerModel::load(const std::string& path, double unit, const Vec3& ins_model) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse(text.str(), path, unit, ins_model);
+}
+
+}  // namespace cyclops

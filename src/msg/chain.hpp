@@ -1,0 +1,125 @@
+#pragma once
+/// What travels from estimate to publish. All points are raw pixels unless the name says otherwise.
+#include <cstdint>
+
+#include "base/static_vector.hpp"
+#include "base/time.hpp"
+#include "geometry/frames.hpp"
+#include "msg/limits.hpp"
+
+namespace cyclops {
+
+using FeatureId = std::int32_t;
+
+enum class Visibility : std::uint8_t { kVisible, kBehindCamera, kOutsideImage, kFacingAway, kHidden, kDisabled };
+
+/// Where one feature of the model should be in the image.
+struct Prediction {
+  FeatureId id{0};
+  std::uint16_t feature{0};            ///< index into the tanker model
+  Visibility visibility{Visibility::kDisabled};
+  Vec2 uv_px{0, 0};                    ///< valid unless kBehindCamera
+  Mat2 cov_px2{Mat2::Identity()};      ///< of the prediction, from navigation, boresight, lens and survey
+  double range_m{0};                   ///< lens to feature
+};
+
+struct PredictionSet {
+  std::uint64_t seq{0};
+  Time t_mid{};
+  bool from_nav{false};                ///< false: carried on from the tracks
+  StaticVector<Prediction, kMaxFeatures> items{};
+};
+
+/// Part of the image that is searched: rows v0..v0+height-1, columns u0..u0+width-1.
+struct SubImage {
+  int u0{0};
+  int v0{0};
+  int width{0};
+  int height{0};
+  int features{0};                     ///< how many predicted points are inside
+};
+using SubImageSet = StaticVector<SubImage, kMaxSubImages>;
+
+struct Corner {
+  Vec2 uv_px{0, 0};
+  Mat2 cov_px2{Mat2::Identity()};      ///< localisation covariance, order u v
+  float measure{0};                    ///< Noble corner measure, counts^2
+  bool subpixel{false};                ///< false: centre of the strongest pixel
+};
+
+struct CornerSet {
+  std::uint64_t seq{0};
+  Time t_mid{};
+  StaticVector<Corner, kMaxCorners> items{};
+  std::uint32_t overflow{0};           ///< corners that found no room
+  std::uint32_t unreadable_px{0};      ///< pixels masked: missing rows, saturation
+};
+
+enum class MatchReason : std::uint8_t {
+  kMatched,
+  kNoCornerInGate,     ///< nothing to match within the gate
+  kLostToOther,        ///< a corner was there, another track had the better claim
+  kNotVisible,
+  kInnovation,         ///< matched, then refused by the consistency test
+};
+
+/// The outcome of association for one track, in the order of the tracks.
+struct Match {
+  std::int32_t corner{-1};             ///< index into the corner set; -1 = unmatched
+  MatchReason reason{MatchReason::kNoCornerInGate};
+  double gain_px{0};                   ///< gate minus distance, 0 when unmatched
+};
+using MatchSet = StaticVector<Match, kMaxFeatures>;
+
+enum class TrackState : std::uint8_t { kNone, kLive, kCoasting, kDeleted };
+
+enum class TrackChange : std::uint8_t {
+  kNone,
+  kInitiatedByNav,
+  kReplacedByNav,      ///< a live track moved to the projected position
+  kHit,
+  kMiss,
+  kDeletedByScore,
+  kLeftImage,          ///< removed, and not counted as dropped
+  kTurnedAway,         ///< the model says it can no longer be seen
+};
+
+struct Track {
+  FeatureId id{0};
+  std::uint16_t feature{0};
+  TrackState state{TrackState::kNone};
+  TrackChange change{TrackChange::kNone};
+  Vec2 uv_px{0, 0};                    ///< predicted for this frame before association, updated after
+  Vec2 velocity_px_s{0, 0};
+  Mat2 cov_px2{Mat2::Identity()};
+  int score{0};                        ///< misses less hits, floor 0
+  Time t_last_hit{};
+};
+using TrackSet = StaticVector<Track, kMaxFeatures>;
+
+/// What is handed to navigation for one feature in one frame. Spec 2.9.
+struct Measurement {
+  FeatureId id{0};
+  std::uint16_t feature{0};
+  bool accepted{false};                ///< false: listed for diagnosis, not part of Z(t)
+  MatchReason reason{MatchReason::kMatched};
+  Vec2 raw_px{0, 0};
+  Vec2 ideal_px{0, 0};                 ///< lens and windscreen removed
+  Vec2 z_m{0, 0};                      ///< metres on the image plane, x image left, y image top
+  Mat2 cov_px2{Mat2::Identity()};      ///< of ideal_px
+  Vec2 innovation_px{0, 0};            ///< raw_px minus the place predicted for it
+  Mat2 innovation_cov_px2{Mat2::Identity()};
+  double nis{0};                       ///< innovation squared over its covariance, 2 degrees of freedom
+  float corner_measure{0};
+  float gate_px{0};
+};
+
+struct MeasurementSet {
+  std::uint64_t seq{0};
+  Time t_mid{};
+  Duration t_mid_sigma{};
+  StaticVector<Measurement, kMaxFeatures> items{};
+  double integrity{0};                 ///< 0 no trust .. 1: see docs/icd.md
+};
+
+}  // namespace cyclops

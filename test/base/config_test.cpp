@@ -1,0 +1,54 @@
+#include "base/config.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cyclops {
+namespace {
+
+TEST(Config, NamesFileAndLineOfAnUnknownKey) {
+  auto file = ConfigFile::parse("[nav]\nrate_hz = 3\ntypo = 1\n", "rig.toml").value();
+  double rate = 0;
+  file.root().table("nav").read("rate_hz", rate);
+  EXPECT_EQ(rate, 3);
+  const auto done = file.finish();
+  ASSERT_FALSE(done.ok());
+  EXPECT_EQ(done.error().message(), "rig.toml:3: nav.typo: unknown key");
+}
+
+TEST(Config, NamesValueAndRange) {
+  auto file = ConfigFile::parse("gate_px = -4\n", "a.toml").value();
+  double gate = 13;
+  file.root().read_in("gate_px", 0, 100, gate);
+  EXPECT_EQ(gate, 13);
+  EXPECT_EQ(file.finish().error().message(), "a.toml:1: gate_px: is -4, expected 0 to 100");
+}
+
+TEST(Config, RefusesAWrongType) {
+  auto file = ConfigFile::parse("n = \"three\"\n", "a.toml").value();
+  int n = 0;
+  file.root().read("n", n);
+  EXPECT_FALSE(file.finish().ok());
+}
+
+TEST(Config, SaysWhereTheSyntaxBreaks) {
+  const auto file = ConfigFile::parse("a = 1\nb = = 2\n", "a.toml");
+  ASSERT_FALSE(file.ok());
+  EXPECT_EQ(file.error().where, "a.toml:2");
+}
+
+TEST(Config, RefusesAWordThatIsNoChoice) {
+  auto file = ConfigFile::parse("filter = \"kalman\"\n", "a.toml").value();
+  int choice = 0;
+  file.root().read_choice("filter", {"zoh", "alpha-beta"}, choice);
+  EXPECT_EQ(file.finish().error().message(), "a.toml:1: filter: is \"kalman\", expected one of: zoh, alpha-beta");
+}
+
+TEST(Config, ARequiredKeyThatIsMissingIsAnError) {
+  auto file = ConfigFile::parse("", "a.toml").value();
+  std::string tanker;
+  file.root().require("tanker", tanker);
+  EXPECT_FALSE(file.finish().ok());
+}
+
+}  // namespace
+}  // namespace cyclops
