@@ -55,12 +55,26 @@ struct CornerSet {
   std::uint32_t unreadable_px{0};      ///< pixels masked: missing rows, saturation
 };
 
+/// What the group of all features says about the pose in front of the camera: navigation's own, corrected.
+struct Alignment {
+  bool consensus{false};               ///< false: nothing below may be used
+  std::uint32_t inliers{0};            ///< features that agree
+  std::uint32_t considered{0};         ///< features that could have
+  double evidence{0};                  ///< sum of log-likelihood ratios, feature against clutter
+  double margin{0};                    ///< evidence minus that of the best other reading
+  double nav_disagreement{0};          ///< squared Mahalanobis distance of navigation from the aligned pose, 6 degrees of freedom; 0 without navigation
+  bool from_track{false};              ///< the prior was the aligned pose of earlier frames
+  Pose<frame::C, frame::K> T_c_k{};    ///< aligned; holds boresight error too, so it is a pose for the image only
+  Mat6 covariance{Mat6::Identity()};   ///< [rotation vector about the tanker INS in c axes (rad); translation in c (m)]
+};
+
 enum class MatchReason : std::uint8_t {
   kMatched,
   kNoCornerInGate,     ///< nothing to match within the gate
   kLostToOther,        ///< a corner was there, another track had the better claim
   kNotVisible,
   kInnovation,         ///< matched, then refused by the consistency test
+  kNoConsensus,        ///< the features together do not confirm where the tanker is
 };
 
 /// The outcome of association for one track, in the order of the tracks.

@@ -1,0 +1,74 @@
+#pragma once
+/// Finds the error that all predictions share. Navigation, boresight and lens errors move every feature together; the
+/// corners that are features agree on that motion, clutter does not. Which pose, within what navigation says of its own
+/// uncertainty, do most corners support, and is there a second reading that is nearly as good?
+///
+/// Method   One correspondence conditions the six pose errors on its displacement; every feature-corner pair is tried as
+///          that one. The best few are grown, most certain feature first, into full readings; each is rated by its
+///          evidence: sum over features of log( P_D N(residual) / clutter density ). The winner is refined by
+///          iteratively reweighted Gauss-Newton with the prior. It counts only with enough evidence, enough features
+///          and enough margin to the next different reading. The idea of one-point hypotheses from a prior is that of
+///          Civera et al. 2010 (1-point RANSAC for EKF), here exhaustive and with a likelihood instead of a count.
+/// Prior    Twice a frame: navigation alone, and navigation fused with the pose of the last frame moved on. The second
+///          is as uncertain as it has recently proved to be (in px), never more certain than `track_floor_px`.
+/// Frames   raw pixels; poses camera from tanker body. Time: all inputs at the same t_mid.
+/// Threads  one at a time. Memory: everything on construction. Deterministic, no random numbers.
+#include <memory>
+
+#include "base/config.hpp"
+#include "geometry/camera.hpp"
+#include "geometry/tanker_model.hpp"
+#include "msg/chain.hpp"
+#include "msg/tspi.hpp"
+
+namespace cyclops {
+
+struct AlignConfig {
+  bool enabled{true};
+  double corner_sigma_px{1.0};    ///< 1 sigma of a corner about its surveyed feature
+  double detection_probability{0.7};
+  double prior_gate{9.2};         ///< squared Mahalanobis radius in which corners are candidates, 2 dof
+  int candidates{14};             ///< corners kept a feature, nearest first
+  int features{48};               ///< features used for hypotheses; all are used for the refinement
+  int readings{8};                ///< readings grown from the best one-point hypotheses
+  double min_evidence{7.0};
+  double min_margin{2.5};
+  int min_inliers{4};             ///< one less when fewer than 7 features can be seen
+  double inlier_px{3.0};          ///< radius within which a corner supports the final pose
+  double robust_scale{1.5};       ///< residuals beyond this many sigma lose their weight
+  double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
+  double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus
+  double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose
+  double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
+  static Result<AlignConfig> read(ConfigTable table);
+};
+
+class Aligner {
+ public:
+  /// `T_c_r`: camera from receiver body; `boresight_sigma_rad` about each camera axis.
+  Aligner(const AlignConfig& config, const TankerModel& model, const Camera& camera, const Pose<frame::C, frame::R>& T_c_r,
+          double boresight_sigma_rad);
+  ~Aligner();
+  Aligner(const Aligner&) = delete;
+  Aligner& operator=(const Aligner&) = delete;
+
+  /// Where to look in this frame. `nav` may be null or invalid. False: neither navigation nor an earlier pose helps.
+  /// The pose and covariance are those of the better of the two priors.
+  bool predict(Time t_mid, const RelativeState* nav);
+  [[nodiscard]] const Pose<frame::C, frame::K>& prior_pose() const;
+  [[nodiscard]] const Mat6& prior_covariance() const;  ///< order as in Alignment
+
+  /// `predicted` says which features can be seen; its positions are not used. Call after predict, once a frame.
+  void step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out);
+
+  /// Moves every prediction to the aligned pose, covariance from the alignment, survey and lens.
+  void apply(const Alignment& alignment, PredictionSet& predicted) const;
+
+  void reset();
+
+ private:
+  struct State;
+  std::unique_ptr<State> s_;
+};
+
+}  // namespace cyclops
