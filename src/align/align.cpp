@@ -42,7 +42,7 @@ struct Prior {
 
 }  // namespace
 
-Result<AlignConfig> AlignConfig::read(ConfigTable t) {
+Result<AlignConfig> AlignConfig::read(ConfigTable& t) {
   AlignConfig c;
   t.read("enabled", c.enabled);
   t.read_in("corner_sigma_px", 0.05, 20.0, c.corner_sigma_px);
@@ -59,6 +59,8 @@ Result<AlignConfig> AlignConfig::read(ConfigTable t) {
   t.read_in("track_floor_px", 0.1, 50.0, c.track_floor_px);
   t.read_in("track_growth_px_s", 0.0, 1e3, c.track_growth_px_s);
   t.read_in("track_bonus", 0.0, 100.0, c.track_bonus);
+  t.read_in("search_sigmas", 0.0, 10.0, c.search_sigmas);
+  t.read_in("search_most_px", 0.0, 1000.0, c.search_most_px);
   t.read_in("forget_after_s", 0.0, 1e4, c.forget_after_s);
   return c;
 }
@@ -107,6 +109,7 @@ struct Aligner::State {
   void refine(const Prior& prior, const PredictionSet&, const CornerSet&, const Vec6& start, Alignment& out) const;
   void learn(const Alignment& out);
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
+  void place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const;
 };
 
 /// Navigation's pose and covariance moved into the camera, boresight added. d rotation = R e_r, d translation = R e_t;
@@ -336,7 +339,6 @@ bool Aligner::predict(Time t_mid, const RelativeState* nav) {
 }
 
 const Pose<frame::C, frame::K>& Aligner::prior_pose() const { return s_->track.valid ? s_->track.T : s_->nav.T; }
-const Mat6& Aligner::prior_covariance() const { return s_->nav.valid ? s_->nav.P : s_->track.P; }
 
 void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out) {
   out = {};
@@ -365,18 +367,28 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
 }
 
 void Aligner::apply(const Alignment& alignment, PredictionSet& predicted) const {
-  if (!alignment.consensus) return;
+  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, predicted);
+}
+
+void Aligner::widen(PredictionSet& predicted) const {
+  s_->place(prior_pose(), s_->nav.valid ? s_->nav.P : s_->track.P, predicted);
+}
+
+void Aligner::State::place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const {
   for (Prediction& p : predicted.items) {
     if (p.visibility == Visibility::kDisabled || p.visibility == Visibility::kFacingAway || p.visibility == Visibility::kHidden) continue;
     Eigen::Matrix<double, 2, 3> J;
-    const auto uv = s_->camera.project(alignment.T_c_k * s_->body[p.feature], J);
-    if (!uv) { p.visibility = Visibility::kBehindCamera; continue; }
+    const auto uv = camera.project(pose * body[p.feature], J);
+    if (!uv) {
+      p.visibility = Visibility::kBehindCamera;
+      continue;
+    }
     Jac full;
-    full << -J * skew(alignment.T_c_k.rotation().rotate(s_->body[p.feature].xyz)), J;
-    const double survey = s_->model.features()[p.feature].sigma_m;
+    full << -J * skew(pose.rotation().rotate(body[p.feature].xyz)), J;
+    const double survey = model.features()[p.feature].sigma_m;
     p.uv_px = *uv;
-    p.cov_px2 = full * alignment.covariance * full.transpose() + survey * survey * J * J.transpose();
-    p.visibility = s_->camera.inside(*uv) ? Visibility::kVisible : Visibility::kOutsideImage;
+    p.cov_px2 = full * P * full.transpose() + survey * survey * J * J.transpose();
+    p.visibility = camera.inside(*uv) ? Visibility::kVisible : Visibility::kOutsideImage;
   }
 }
 

@@ -39,8 +39,10 @@ struct AlignConfig {
   double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
   double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus
   double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose
+  double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
+  double search_most_px{60};      ///< but no further
   double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
-  static Result<AlignConfig> read(ConfigTable table);
+  static Result<AlignConfig> read(ConfigTable& table);
 };
 
 class Aligner {
@@ -53,10 +55,11 @@ class Aligner {
   Aligner& operator=(const Aligner&) = delete;
 
   /// Where to look in this frame. `nav` may be null or invalid. False: neither navigation nor an earlier pose helps.
-  /// The pose and covariance are those of the better of the two priors.
   bool predict(Time t_mid, const RelativeState* nav);
   [[nodiscard]] const Pose<frame::C, frame::K>& prior_pose() const;
-  [[nodiscard]] const Mat6& prior_covariance() const;  ///< order as in Alignment
+
+  /// Gives every prediction the place and covariance of the prior: where the feature has to be looked for.
+  void widen(PredictionSet& predicted) const;
 
   /// `predicted` says which features can be seen; its positions are not used. Call after predict, once a frame.
   void step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out);

@@ -1,0 +1,90 @@
+#pragma once
+/// Flights: folders that hold everything a camera, a strobe and two aircraft said, bit for bit (docs/architecture.md).
+///
+/// A folder is a flight when its manifest is there and agrees with the files; the manifest is written last.
+/// Errors   name the file, the byte or line, what is there and what was expected.
+/// Threads  one at a time.
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "msg/frame.hpp"
+#include "record/event_log.hpp"
+
+namespace cyclops {
+
+inline constexpr const char* kFlightFormat = "cyclops-flight-1";
+
+struct FlightManifest {
+  std::string name;
+  std::string origin{"generated"};    ///< generated, imported or recorded
+  std::string source;                 ///< what made it, with seed
+  std::int64_t frames{0};
+  std::int64_t first_frame_ns{0};     ///< mid-exposure, service clock
+  std::int64_t last_frame_ns{0};
+  int nav_every_n{1};                 ///< frames between the navigation updates the source marks; 1: every frame
+  bool has_truth{false};
+  std::map<std::string, std::int64_t> files;  ///< size in bytes
+};
+
+/// Pixels of one frame of a flight, and what the camera said with them.
+struct FlightFrame {
+  std::uint64_t camera_frame_id{0};
+  std::int64_t camera_tick_ns{0};
+  Duration exposure{};
+  FrameStatus status{FrameStatus::kComplete};
+  RowMask missing{};
+  ImageView image{};                  ///< into the owner's memory
+};
+
+class FlightWriter {
+ public:
+  /// The folder must not be a flight already, unless `replace`: then its files are removed first.
+  static Result<FlightWriter> create(const std::string& folder, bool replace);
+  Result<> message(Time arrival, const char* channel, const void* data, std::size_t bytes);
+  /// Pixels; returns the event number for frame_index_t.recorded_at.
+  Result<std::int64_t> frame(Time arrival, const FlightFrame& frame);
+  /// Any other file of the folder: rig.toml, tanker.csv, windscreen.bin.
+  Result<> text(const std::string& name, const std::string& content);
+  [[nodiscard]] std::string path(const std::string& name) const;
+  /// Writes the manifest; only now is the folder a flight. `files` is filled in.
+  Result<> finish(FlightManifest manifest);
+
+ private:
+  std::string folder_;
+  record::EventLogWriter messages_;
+  record::EventLogWriter frames_;
+  std::vector<std::uint8_t> buffer_;
+};
+
+class FlightReader {
+ public:
+  static Result<FlightReader> open(const std::string& folder);
+  [[nodiscard]] const FlightManifest& manifest() const { return manifest_; }
+  [[nodiscard]] std::string path(const std::string& name) const;
+  /// Messages in order of arrival; false at the end.
+  Result<bool> next(record::LogEvent& event);
+  Result<> rewind();
+  /// To the first message at or after the arrival time; linear in the size of the log.
+  Result<> seek(Time arrival);
+  /// `number`: recorded_at of the frame's index message. `image` points into `memory`, which is used again.
+  Result<> frame(std::int64_t number, std::vector<std::uint8_t>& memory, FlightFrame& out);
+
+ private:
+  Result<> check();
+  Result<> index_frames();
+  std::string folder_;
+  FlightManifest manifest_;
+  record::EventLog messages_;
+  record::EventLog frames_;
+  std::vector<std::int64_t> frame_offset_;
+  record::LogEvent scratch_;
+};
+
+/// Checks and decodes a frame_data_t payload; `out.image` points into it.
+Result<> decode_frame_data(const std::uint8_t* data, std::size_t bytes, const std::string& where, FlightFrame& out);
+void encode_frame_data(const FlightFrame& frame, std::vector<std::uint8_t>& out);
+
+}  // namespace cyclops

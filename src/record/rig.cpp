@@ -1,0 +1,114 @@
+#include "record/rig.hpp"
+
+#include <cmath>
+
+namespace cyclops {
+namespace {
+
+constexpr double kDeg = 3.14159265358979323846 / 180;
+
+void read_vector(ConfigTable& table, const char* key, Vec3& out) {
+  std::vector<double> v{out.x(), out.y(), out.z()};
+  table.read(key, v);
+  if (v.size() == 3 && std::isfinite(v[0] + v[1] + v[2])) out = {v[0], v[1], v[2]};
+  else table.fail(key, "expected three finite numbers");
+}
+
+void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& windscreen) {
+  Intrinsics k;
+  t.read("address", rig.address);
+  t.read_in("width_px", 16, kMaxImageSide, k.width);
+  t.read_in("height_px", 16, kMaxImageSide, k.height);
+  t.read_enum("pixel_format", {"mono8", "mono10", "mono12", "mono16"}, rig.pixel_format);
+  t.read_in("frame_rate_hz", 0.1, 1000.0, rig.frame_rate_hz);
+  t.read_in("exposure_us", 1.0, 1e6, rig.exposure_us);
+  double pitch_um = k.pitch_m * 1e6, focal_mm = 0;
+  t.read_in("pitch_um", 0.1, 1000.0, pitch_um);
+  k.pitch_m = pitch_um * 1e-6;
+  if (t.has("focal_mm")) {
+    t.read_in("focal_mm", 0.1, 10000.0, focal_mm);
+    k.fx_px = k.fy_px = focal_mm * 1e-3 / k.pitch_m;
+    if (t.has("fx_px") || t.has("fy_px")) t.fail("focal_mm", "stands beside fx_px or fy_px, expected one of the two");
+  }
+  k.cx_px = 0.5 * (k.width - 1);
+  k.cy_px = 0.5 * (k.height - 1);
+  t.read_in("fx_px", 1.0, 1e6, k.fx_px);
+  t.read_in("fy_px", 1.0, 1e6, k.fy_px);
+  t.read_in("cx_px", -1e5, 1e5, k.cx_px);
+  t.read_in("cy_px", -1e5, 1e5, k.cy_px);
+  t.read_in("k1", -10.0, 10.0, k.k1);
+  t.read_in("k2", -100.0, 100.0, k.k2);
+  t.read_in("p1", -1.0, 1.0, k.p1);
+  t.read_in("p2", -1.0, 1.0, k.p2);
+  t.read_in("k3", -1000.0, 1000.0, k.k3);
+  t.read("windscreen", windscreen);
+  if (!windscreen.empty()) windscreen = file.resolve(windscreen);
+  rig.camera = Camera(k, {});
+}
+
+void read_mount(ConfigTable t, Rig& rig) {
+  double pan = 0, tilt = 0, roll = 0, sigma = 0;
+  t.read_in("pan_deg", -180.0, 180.0, pan);
+  t.read_in("tilt_deg", -90.0, 90.0, tilt);
+  t.read_in("roll_deg", -180.0, 180.0, roll);
+  t.read_in("boresight_sigma_deg", 0.0, 20.0, sigma);
+  read_vector(t, "lens_in_receiver_m", rig.lens.xyz);
+  rig.mount_angles = {pan * kDeg, tilt * kDeg, roll * kDeg};
+  rig.boresight_sigma_rad = sigma * kDeg;
+}
+
+void read_strobe(ConfigTable t, Rig& rig) {
+  t.read_enum("source", {"none", "socket", "gpio"}, rig.strobe);
+  t.read("socket", rig.strobe_socket);
+  t.read("chip", rig.strobe_chip);
+  int number = -1;
+  if (t.has("line")) {
+    t.read_in("line", 0, 1023, number);
+    rig.strobe_line = std::to_string(number);
+  }
+  if (t.has("line_name")) t.read("line_name", rig.strobe_line);
+  int edge = 0;
+  t.read_choice("edge", {"rising", "falling"}, edge);
+  rig.strobe_rising = edge == 0;
+  t.read_in("delay_us", -1e5, 1e5, rig.strobe_delay_us);
+}
+
+}  // namespace
+
+Result<Rig> Rig::load(const std::string& path) {
+  auto file = ConfigFile::load(path);
+  if (!file.ok()) return file.error();
+  Rig rig;
+  rig.path = path;
+  ConfigTable root = file->root();
+  std::string windscreen, model, unit = "m";
+  read_camera(*file, root.table("camera"), rig, windscreen);
+  read_mount(root.table("mount"), rig);
+  ConfigTable tanker = root.table("tanker");
+  Vec3 ins = Vec3::Zero();
+  int unit_choice = 1;
+  tanker.require("model", model);
+  tanker.read_choice("unit", {"in", "m"}, unit_choice);
+  read_vector(tanker, "ins", ins);
+  read_strobe(root.table("strobe"), rig);
+  ConfigTable time = root.table("time");
+  int ids = 0;
+  time.read_in("transport_max_ms", 0.0, 10000.0, rig.transport_max_ms);
+  time.read_choice("block_ids", {"64 bit", "16 bit"}, ids);
+  rig.block_ids_16_bit = ids == 1;
+  ConfigTable tspi = root.table("tspi");
+  read_vector(tspi, "receiver_ins_m", rig.receiver_ins_from_tspi_m);
+  read_vector(tspi, "tanker_ins_m", rig.tanker_ins_from_tspi_m);
+  CYCLOPS_TRY(file->finish());
+  auto loaded = TankerModel::load(file->resolve(model), unit_choice == 0 ? 0.0254 : 1.0, ins);
+  if (!loaded.ok()) return loaded.error();
+  rig.tanker = std::move(loaded).value();
+  if (!windscreen.empty()) {
+    auto screen = Windscreen::load(windscreen);
+    if (!screen.ok()) return screen.error();
+    rig.camera = Camera(rig.camera.intrinsics(), std::move(screen).value());
+  }
+  return rig;
+}
+
+}  // namespace cyclops

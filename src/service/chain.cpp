@@ -1,0 +1,170 @@
+#include "service/chain.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace cyclops {
+namespace {
+
+/// Measures the stages one after the other.
+class Stopwatch {
+ public:
+  Stopwatch() : start_(now()), last_(start_) {}
+  void lap(Stage stage, FrameOutput& out) {
+    const std::int64_t t = now();
+    out.stage_time[static_cast<std::size_t>(stage)] = Duration{t - last_};
+    out.chain_time = Duration{t - start_};
+    last_ = t;
+  }
+
+ private:
+  static std::int64_t now() {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
+  std::int64_t start_;
+  std::int64_t last_;
+};
+
+/// The same tanker, where the aligner expects it before it has looked.
+RelativeState expected(const RelativeState& nav, const Pose<frame::C, frame::R>& T_c_r, const Aligner& aligner) {
+  RelativeState state = nav;
+  state.T_r_k = T_c_r.inverse() * aligner.prior_pose();
+  state.valid = true;
+  return state;
+}
+
+}  // namespace
+
+const char* to_string(Stage stage) {
+  switch (stage) {
+    case Stage::kEstimate: return "estimate";
+    case Stage::kSegment: return "segment";
+    case Stage::kDetect: return "detect";
+    case Stage::kAlign: return "align";
+    case Stage::kAssociate: return "associate";
+    case Stage::kTrack: return "track";
+    case Stage::kPublish: return "publish";
+  }
+  return "unknown";
+}
+
+Chain::Chain(const Rig& rig, const Profile& profile)
+    : rig_(rig),
+      profile_(profile),
+      mount_(rig.mount),
+      T_c_r_(mount_.R_c_r, Point<frame::C>(-mount_.R_c_r.rotate(mount_.lens.xyz))),
+      aligner_(profile.align, rig.tanker, rig.camera, T_c_r_, mount_.boresight_sigma_rad),
+      segmenter_(profile.segment),
+      detector_(profile.detect, rig.camera.intrinsics().width, rig.camera.intrinsics().height),
+      associator_(profile.associate),
+      tracker_(profile.track, rig.camera.intrinsics().width, rig.camera.intrinsics().height) {}
+
+void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
+  Stopwatch watch;
+  out.in = frame;
+  out.alignment = {};
+  const bool seen = image.data != nullptr && frame.frame.status != FrameStatus::kMissing;
+  if (profile_.align.enabled) estimate_aligned(frame, out);
+  else estimate(frame, out);
+  watch.lap(Stage::kEstimate, out);
+  out.sub_images.clear();
+  if (seen) segment(out);
+  watch.lap(Stage::kSegment, out);
+  out.corners.items.clear();
+  if (seen) detector_.detect(image, missing, out.sub_images, out.corners);
+  out.corners.seq = frame.frame.seq;
+  out.corners.t_mid = frame.frame.t_mid;
+  watch.lap(Stage::kDetect, out);
+  if (profile_.align.enabled) align(out);
+  watch.lap(Stage::kAlign, out);
+  out.tracks_before = tracker_.tracks();
+  associator_.associate(out.tracks_before, out.corners, out.matches);
+  if (profile_.align.enabled && !out.alignment.consensus) refuse_matches(out);
+  watch.lap(Stage::kAssociate, out);
+  if (seen) tracker_.update(out.matches, out.corners);
+  out.tracks = tracker_.tracks();
+  watch.lap(Stage::kTrack, out);
+  measure(out.tracks_before, out.matches, out.corners, rig_.camera, profile_.publish, out.measurements);
+  out.measurements.seq = frame.frame.seq;
+  out.measurements.t_mid = frame.frame.t_mid;
+  out.measurements.t_mid_sigma = frame.frame.t_mid_sigma;
+  watch.lap(Stage::kPublish, out);
+}
+
+/// The thesis: navigation places the tracks, or they place themselves.
+void Chain::estimate(const AlignedFrame& frame, FrameOutput& out) {
+  tracker_.begin_frame(frame.frame.t_mid);
+  if (frame.nav.state.valid) {
+    predict(frame.nav.state, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
+    tracker_.nav_update(out.predictions);
+  } else {
+    predictions_from_tracks(out);
+  }
+  out.predictions.seq = frame.frame.seq;
+  out.predictions.t_mid = frame.frame.t_mid;
+}
+
+/// Where to look: navigation and the pose of earlier frames; the tracks follow once the group has been found.
+void Chain::estimate_aligned(const AlignedFrame& frame, FrameOutput& out) {
+  tracker_.begin_frame(frame.frame.t_mid);
+  const RelativeState* nav = frame.nav.state.valid ? &frame.nav.state : nullptr;
+  if (aligner_.predict(frame.frame.t_mid, nav)) {
+    predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
+    aligner_.widen(out.predictions);
+    out.predictions.from_nav = nav != nullptr;
+  } else {
+    predictions_from_tracks(out);
+  }
+  out.predictions.seq = frame.frame.seq;
+  out.predictions.t_mid = frame.frame.t_mid;
+}
+
+void Chain::predictions_from_tracks(FrameOutput& out) const {
+  out.predictions.from_nav = false;
+  out.predictions.items.clear();
+  for (const Track& t : tracker_.tracks()) {
+    Prediction p;
+    p.id = t.id;
+    p.feature = t.feature;
+    const bool on = t.state == TrackState::kLive || t.state == TrackState::kCoasting;
+    p.visibility = on ? Visibility::kVisible : Visibility::kHidden;
+    p.uv_px = t.uv_px;
+    p.cov_px2 = t.cov_px2;
+    out.predictions.items.push_back(p);
+  }
+}
+
+void Chain::segment(FrameOutput& out) {
+  points_.clear();
+  int reach = 0;
+  const bool by_prediction = profile_.align.enabled;
+  if (by_prediction) {
+    for (const Prediction& p : out.predictions.items) {
+      if (p.visibility != Visibility::kVisible) continue;
+      points_.push_back(p.uv_px);
+      const double sigma = std::sqrt(std::max(p.cov_px2(0, 0), p.cov_px2(1, 1)));
+      reach = std::max(reach, static_cast<int>(std::lround(std::min(profile_.align.search_most_px, profile_.align.search_sigmas * sigma))));
+    }
+  } else {
+    for (const Track& t : tracker_.tracks())
+      if (t.state == TrackState::kLive || t.state == TrackState::kCoasting) points_.push_back(t.uv_px);
+  }
+  segmenter_.segment({points_.begin(), points_.size()}, rig_.camera.intrinsics().width, rig_.camera.intrinsics().height, out.sub_images, reach);
+}
+
+void Chain::align(FrameOutput& out) {
+  aligner_.step(out.predictions, out.corners, out.alignment);
+  if (!out.alignment.consensus) return;
+  out.aligned = out.predictions;
+  aligner_.apply(out.alignment, out.aligned);
+  out.aligned.from_nav = true;
+  tracker_.nav_update(out.aligned);
+}
+
+void Chain::refuse_matches(FrameOutput& out) const {
+  for (Match& m : out.matches)
+    if (m.corner >= 0) m = Match{-1, MatchReason::kNoConsensus, 0};
+}
+
+}  // namespace cyclops

@@ -1,0 +1,69 @@
+#pragma once
+/// estimate -> segment -> detect -> align -> associate -> track -> publish, for one frame.
+///
+/// Threads  one at a time; no heap after construction. Deterministic: `times` is the only output that is not.
+#include "align/align.hpp"
+#include "associate/associate.hpp"
+#include "detect/corner_detector.hpp"
+#include "estimate/estimate.hpp"
+#include "msg/chain.hpp"
+#include "msg/frame.hpp"
+#include "nav/frame_aligner.hpp"
+#include "publish/measure.hpp"
+#include "record/rig.hpp"
+#include "segment/segment.hpp"
+#include "service/profile.hpp"
+#include "track/tracker.hpp"
+
+namespace cyclops {
+
+enum class Stage : std::uint8_t { kEstimate, kSegment, kDetect, kAlign, kAssociate, kTrack, kPublish };
+inline constexpr std::size_t kStages = 7;
+[[nodiscard]] const char* to_string(Stage stage);
+
+/// Everything known about one frame at the end of the chain. Large: owned by the caller and used again.
+struct FrameOutput {
+  AlignedFrame in{};
+  PredictionSet predictions{};  ///< before the frame was looked at
+  PredictionSet aligned{};      ///< moved to the common pose; only with alignment.consensus
+  SubImageSet sub_images{};
+  CornerSet corners{};
+  Alignment alignment{};
+  MatchSet matches{};
+  TrackSet tracks_before{};   ///< moved to this frame, before association
+  TrackSet tracks{};
+  MeasurementSet measurements{};
+  Duration stage_time[kStages]{};
+  Duration chain_time{};
+};
+
+class Chain {
+ public:
+  /// `rig` must outlive the chain.
+  Chain(const Rig& rig, const Profile& profile);
+  /// `image.data` null or status kMissing: tracks coast, nothing is searched.
+  void step(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
+  [[nodiscard]] const TrackCounters& track_counters() const { return tracker_.counters(); }
+  [[nodiscard]] const AssociateCounters& associate_counters() const { return associator_.counters(); }
+
+ private:
+  void estimate(const AlignedFrame& frame, FrameOutput& out);
+  void estimate_aligned(const AlignedFrame& frame, FrameOutput& out);
+  void predictions_from_tracks(FrameOutput& out) const;
+  void segment(FrameOutput& out);
+  void align(FrameOutput& out);
+  void refuse_matches(FrameOutput& out) const;
+
+  const Rig& rig_;
+  Profile profile_;
+  CameraMount mount_;
+  Pose<frame::C, frame::R> T_c_r_;
+  Aligner aligner_;
+  Segmenter segmenter_;
+  CornerDetector detector_;
+  Associator associator_;
+  Tracker tracker_;
+  StaticVector<Vec2, kMaxFeatures> points_{};
+};
+
+}  // namespace cyclops

@@ -1,0 +1,56 @@
+#pragma once
+/// All that happens to a frame before its pixels are looked at: time by strobe edge, then navigation at that time.
+///
+/// Pure: the outcome depends on the sequence of calls alone, so live, bench and offline agree.
+/// Threads  one at a time. Memory: on construction only.
+#include <cstdint>
+#include <optional>
+
+#include "base/static_vector.hpp"
+#include "msg/strobe.hpp"
+#include "nav/frame_aligner.hpp"
+#include "timesync/frame_stamper.hpp"
+#include "timesync/gps_clock.hpp"
+
+namespace cyclops {
+
+struct FrontCounters {
+  std::uint64_t tspi_before_clock{0};   ///< waited for the first time mark and were then used
+  std::uint64_t tspi_without_clock{0};  ///< dropped: no relation of GPS to service time, and no room to wait
+  std::uint64_t untimed_frames{0};      ///< frames whose time is unknown
+};
+
+class Front {
+ public:
+  Front(const FrameStamperConfig& stamper, const GpsClockConfig& gps, const NavConfig& nav, const NavRig& rig);
+
+  void restart(Time start);                       ///< acquisition begins anew
+  void push(const StrobeEdge& edge);
+  void push(const TimeMark& mark);
+  /// `arrival`: when the report came, service clock; used only while there is no time mark.
+  void push(const TspiReport& report, Time arrival);
+  /// `token` names the caller's pixels. False: not taken, the caller must pop first.
+  [[nodiscard]] bool push(const FrameInfo& frame, std::uint64_t token);
+  void flush();                                   ///< nothing more will come for what waits
+  [[nodiscard]] bool pop(AlignedFrame& out);
+
+  [[nodiscard]] std::size_t waiting() const;
+  [[nodiscard]] const FrameStamper& stamper() const { return stamper_; }
+  [[nodiscard]] const FrameAligner& aligner() const { return aligner_; }
+  [[nodiscard]] const GpsClock& gps() const { return gps_; }
+  [[nodiscard]] const FrontCounters& counters() const { return counters_; }
+
+ private:
+  void use(const TspiReport& report, Time t);
+  void move_stamped();
+
+  FrameStamper stamper_;
+  GpsClock gps_;
+  FrameAligner aligner_;
+  StaticVector<TspiReport, 256> early_{};
+  std::uint64_t in_{0};
+  std::uint64_t out_{0};
+  FrontCounters counters_{};
+};
+
+}  // namespace cyclops

@@ -1,0 +1,32 @@
+#pragma once
+/// A profile: what an algorithm engineer changes. One TOML file, one table a stage; it goes with any rig.
+#include <string>
+
+#include "align/align.hpp"
+#include "associate/associate.hpp"
+#include "base/result.hpp"
+#include "detect/detect_config.hpp"
+#include "estimate/estimate.hpp"
+#include "nav/nav_config.hpp"
+#include "publish/measure.hpp"
+#include "segment/segment.hpp"
+#include "track/tracker.hpp"
+
+namespace cyclops {
+
+struct Profile {
+  std::string name{"built-in default"};
+  NavConfig nav{};
+  EstimateConfig estimate{};
+  SegmentConfig segment{};
+  DetectConfig detect{};
+  AlignConfig align{};
+  AssociateConfig associate{};
+  TrackConfig track{};
+  PublishConfig publish{};
+
+  /// Unknown, doubled and mistyped keys, and values out of range, are errors with file and line.
+  static Result<Profile> load(const std::string& path);
+};
+
+}  // namespace cyclops

@@ -1,0 +1,10 @@
+#!/bin/bash
+# spy.sh TYPES.jar: lcm-spy with the Cyclops types. Debian's own launcher asks Java 17 for an option it no longer has.
+set -eu
+types=${1:-$(dirname "$0")/cyclops-types.jar}
+for jar in /usr/share/java/lcm.jar /usr/share/java/jchart2d.jar "$types"; do
+  [ -e "$jar" ] || { echo "spy: $jar is missing; run make deps types" >&2; exit 1; }
+done
+export LCM_DEFAULT_URL=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
+exec java -Djava.net.preferIPv4Stack=true -Xmx256m \
+  -cp "/usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$types" lcm.spy.Spy
