@@ -32,14 +32,17 @@ RelativeState relative_state(const AircraftState& receiver, const AircraftState&
   const Mat3 R = R_r_k.matrix();
   const Mat3 R_re = R_r_e.matrix();
   Mat63 by_receiver, by_tanker;
-  by_receiver << Mat3(-Mat3::Identity()), skew(arm);
-  by_tanker << R, Mat3(-R * skew(l_k));
+  by_receiver.topRows<3>() = -Mat3::Identity();
+  by_receiver.bottomRows<3>() = skew(arm);
+  by_tanker.topRows<3>() = R;
+  by_tanker.bottomRows<3>() = -R * skew(l_k);
   out.covariance = by_receiver * receiver.attitude_cov_b * by_receiver.transpose() +
                    by_tanker * tanker.attitude_cov_b * by_tanker.transpose();
   out.covariance.bottomRightCorner<3, 3>() +=
       R_re * position_difference(receiver, tanker, position_correlation) * R_re.transpose();
   Vec6 per_second;
-  per_second << out.rate_r, out.velocity_r;
+  per_second.head<3>() = out.rate_r;
+  per_second.tail<3>() = out.velocity_r;
   const double sigma = t_sigma.seconds();
   out.covariance += (sigma * sigma) * per_second * per_second.transpose();
   out.covariance = (0.5 * (out.covariance + out.covariance.transpose())).eval();
