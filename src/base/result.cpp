@@ -12,6 +12,7 @@ const char* to_string(ErrorCode code) {
     case ErrorCode::kTimeout: return "timeout";
     case ErrorCode::kIo: return "input/output";
     case ErrorCode::kFull: return "full";
+    case ErrorCode::kUnusable: return "unusable";
   }
   return "unknown";
 }

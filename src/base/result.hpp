@@ -18,6 +18,7 @@ enum class ErrorCode {
   kTimeout,      ///< nothing came in the time allowed
   kIo,           ///< the operating system refused
   kFull,         ///< a bounded store has no room
+  kUnusable,     ///< well formed, but its sender says not to use it
 };
 
 [[nodiscard]] const char* to_string(ErrorCode code);

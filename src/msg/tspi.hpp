@@ -1,5 +1,7 @@
 #pragma once
 /// Time, space and position information of one aircraft, already validated and on the service clock.
+#include <cstdint>
+
 #include "base/time.hpp"
 #include "geometry/frames.hpp"
 
@@ -16,6 +18,7 @@ struct Tspi {
   Vec3 velocity_e{0, 0, 0};                       ///< m/s, ECEF axes
   Vec3 rate_b{0, 0, 0};                           ///< body rates p q r relative to the earth, rad/s
   Vec3 position_sigma_ned_m{0, 0, 0};             ///< 1 sigma north east down
+  Vec3 velocity_sigma_ned_mps{0, 0, 0};           ///< 1 sigma north east down
   Vec3 attitude_sigma_rad{0, 0, 0};               ///< 1 sigma about body x y z
 };
 
@@ -40,7 +43,7 @@ struct TspiReport {
 struct RelativeState {
   Time t{};
   bool valid{false};
-  bool extrapolated{false};                       ///< beyond the newest TSPI of at least one aircraft
+  bool extrapolated{false};                       ///< at least one aircraft: beyond its newest TSPI, or in a gap of it
   Duration age_receiver{};                        ///< t minus the newest TSPI used; <= 0 when interpolated
   Duration age_tanker{};
   Pose<frame::R, frame::K> T_r_k{};
@@ -51,6 +54,16 @@ struct RelativeState {
   Vec3 rate_r{0, 0, 0};                           ///< rotation rate of k relative to r, r axes, rad/s
 };
 
-enum class NavAbsence : std::uint8_t { kNone, kNoReceiver, kNoTanker, kNoBoth, kTooOldReceiver, kTooOldTanker, kNotScheduled };
+/// Why a frame has no RelativeState.
+enum class NavAbsence : std::uint8_t {
+  kNone,
+  kNoReceiver,      ///< no TSPI of it at all
+  kNoTanker,
+  kNoBoth,
+  kTooOldReceiver,  ///< its nearest TSPI is further away than nav.max_age_ms
+  kTooOldTanker,
+  kNotScheduled,    ///< this frame is not a navigation update
+  kNoFrameTime,     ///< the frame has no mid-exposure time
+};
 
 }  // namespace cyclops

@@ -1,0 +1,79 @@
+#pragma once
+/// What some messages carry beyond the structs of msg/. Views point into the bytes they were decoded from and live as long.
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "base/static_vector.hpp"
+#include "msg/chain.hpp"
+#include "msg/frame.hpp"
+#include "msg/strobe.hpp"
+#include "msg/tspi.hpp"
+
+namespace cyclops {
+
+enum class StrobeLine : std::uint8_t { kStrobe, kPps };
+struct LineEdge {
+  StrobeEdge edge{};
+  StrobeLine line{StrobeLine::kStrobe};
+};
+
+enum class MarkSource : std::uint8_t { kPps, kTspiArrival, kRecorded };
+
+/// FRAME: a frame without its pixels.
+struct FrameIndex {
+  FrameInfo info{};
+  PixelFormat format{PixelFormat::kMono8};
+  int width{0};                                   ///< px; may be 0 when the frame is kMissing
+  int height{0};
+  std::string_view recorded_in{};                 ///< file with the pixels, empty when not recorded
+  std::int64_t recorded_at{-1};                   ///< event number in it
+  std::span<const std::uint8_t> thumbnail_jpeg{};
+};
+
+/// FRAME_DATA: the pixels, not owned.
+struct FrameDataView {
+  std::uint64_t camera_frame_id{0};
+  std::int64_t camera_tick_ns{0};
+  Duration exposure{};
+  FrameStatus status{FrameStatus::kMissing};
+  PixelFormat format{PixelFormat::kMono8};
+  int width{0};
+  int height{0};
+  RowMask missing{};
+  std::span<const std::uint8_t> pixels{};         ///< row-major without padding; empty when kMissing
+
+  /// False: 16-bit pixels at an odd address, to be copied before they are looked at.
+  [[nodiscard]] bool aligned() const { return bytes_per_pixel(format) == 1 || reinterpret_cast<std::uintptr_t>(pixels.data()) % 2 == 0; }
+  /// Needs aligned().
+  [[nodiscard]] ImageView image() const {
+    CYCLOPS_ASSERT(aligned());
+    return {pixels.data(), width, height, width * bytes_per_pixel(format), format};
+  }
+};
+
+enum class TruthVisibility : std::uint8_t { kHidden, kVisible, kDoNotScore };
+struct TruthPoint {
+  FeatureId id{0};
+  Vec2 uv_px{0, 0};                               ///< raw pixel
+  TruthVisibility visibility{TruthVisibility::kHidden};
+};
+struct Truth {
+  std::uint64_t camera_frame_id{0};
+  Time t_mid{};
+  bool has_pose{false};
+  Pose<frame::R, frame::K> T_r_k{};               ///< only with has_pose
+  StaticVector<TruthPoint, kMaxFeatures> points{};
+};
+
+enum class EventLevel : std::uint8_t { kInfo, kWarning, kFault, kRecovery, kMark };
+struct Event {
+  Time t{};
+  EventLevel level{EventLevel::kInfo};
+  std::string_view source{};
+  std::string_view code{};
+  std::string_view text{};
+  std::int64_t count{1};
+};
+
+}  // namespace cyclops

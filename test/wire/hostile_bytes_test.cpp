@@ -1,0 +1,60 @@
+// A short run of the fuzz target over damaged good messages, with constant seeds, so that `make check` and the sanitizers
+// see it without libFuzzer.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "test/fuzz/wire_fuzz.cpp"
+#include "test/support.hpp"
+#include "test/wire/examples.hpp"
+
+namespace cyclops {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes selected(std::uint8_t selector, const Bytes& message) {
+  Bytes out(message.size() + 1, selector);
+  std::copy(message.begin(), message.end(), out.begin() + 1);
+  return out;
+}
+
+std::vector<Bytes> corpus() {
+  static const Bytes pixels(16 * 20 * 2, 5);
+  strobe_edge_t strobe;
+  fill(strobe, LineEdge{});
+  time_mark_t mark;
+  fill(mark, TimeMark{}, MarkSource::kPps);
+  frame_index_t frame;
+  fill(frame, test::good_frame());
+  truth_t truth;
+  fill(truth, test::good_truth());
+  event_t event;
+  fill(event, test::good_event());
+  return {selected(1, test::bytes_of(test::good_tspi())), selected(2, test::bytes_of(strobe)), selected(3, test::bytes_of(mark)),
+          selected(4, test::bytes_of(frame)), selected(5, test::frame_data_bytes(test::good_frame_data(pixels))),
+          selected(6, test::bytes_of(truth)), selected(7, test::bytes_of(event))};
+}
+
+/// Cut, stretched, or with some bytes changed; seldom in the fingerprint, which would end the matter at once.
+Bytes damaged(Bytes b, test::Random& random) {
+  const std::uint8_t extreme[] = {0x00, 0x7f, 0x80, 0xff, 0x01};
+  for (std::uint64_t n = random() % 6; n > 0; --n) {
+    const std::size_t from = b.size() > 9 && random() % 50 != 0 ? 9 : 0;
+    if (from < b.size()) b[from + random() % (b.size() - from)] = random() % 2 != 0 ? static_cast<std::uint8_t>(random()) : extreme[random() % 5];
+  }
+  if (random() % 4 == 0) b.resize(random() % (b.size() + 8));
+  return b;
+}
+
+TEST(HostileBytes, NeverBreakADecoderAndWhatIsAcceptedCanBeSentAgain) {
+  const auto good = corpus();
+  test::Random random(99);
+  for (int n = 0; n < 60000; ++n) {
+    const Bytes b = damaged(good[random() % good.size()], random);
+    LLVMFuzzerTestOneInput(b.data(), b.size());  // aborts when something is wrong
+  }
+}
+
+}  // namespace
+}  // namespace cyclops
