@@ -50,4 +50,48 @@ inline Image step_corner_21(PixelFormat format = PixelFormat::kMono8) {
   return image;
 }
 
+/// A wedge: apex, direction of its axis and half its opening, rad.
+struct Wedge {
+  double u{0}, v{0};
+  double axis{0};
+  double half_opening{0.8};
+};
+
+/// Share of each pixel that a wedge covers, as a sensor of 100 % fill factor behind a lens of Gaussian blur sees it.
+class WedgePainter {
+ public:
+  explicit WedgePainter(double blur_px) {
+    const double reach = 0.5 + std::ceil(3 * blur_px * kPerPx) / kPerPx;
+    const auto profile = [&](double t) {  // of the pixel's aperture, blurred
+      if (blur_px <= 0) return std::abs(t) < 0.5 ? 1.0 : 0.0;
+      const double s = blur_px * std::sqrt(2.0);
+      return 0.5 * (std::erf((t + 0.5) / s) - std::erf((t - 0.5) / s));
+    };
+    double total = 0;
+    for (double y = -reach + 0.5 / kPerPx; y < reach; y += 1.0 / kPerPx)
+      for (double x = -reach + 0.5 / kPerPx; x < reach; x += 1.0 / kPerPx) {
+        samples_.push_back({x, y, profile(x) * profile(y)});
+        total += samples_.back().weight;
+      }
+    for (Sample& s : samples_) s.weight /= total;
+  }
+  [[nodiscard]] double share(const Wedge& w, int u, int v) const {
+    const double a = w.axis - w.half_opening, b = w.axis + w.half_opening;
+    double sum = 0;
+    for (const Sample& s : samples_) {
+      const double x = u + s.x - w.u, y = v + s.y - w.v;
+      const bool left = y * std::cos(a) - x * std::sin(a) >= 0, right = x * std::sin(b) - y * std::cos(b) >= 0;
+      if (w.half_opening > M_PI / 2 ? left || right : left && right) sum += s.weight;
+    }
+    return sum;
+  }
+
+ private:
+  static constexpr int kPerPx = 8;
+  struct Sample {
+    double x, y, weight;
+  };
+  std::vector<Sample> samples_;
+};
+
 }  // namespace cyclops::test
