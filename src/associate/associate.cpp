@@ -40,7 +40,7 @@ Result<AssociateConfig> AssociateConfig::read(ConfigTable& table) {
 }
 
 Associator::Associator(const AssociateConfig& config) : config_(config), cells_(kMaxCorners), auction_(kMaxFeatures) {
-  gate_.reserve(kMaxCorners);
+  gate_.resize(kMaxCorners);
   pairs_.reserve(kMaxFeatures * kMaxPerGate);
   offers_.resize(kMaxFeatures * kMaxPerGate);
   first_.resize(kMaxCorners + 2);
@@ -54,11 +54,9 @@ double Associator::radius_px(const Track& track, double corner_variance) const {
   return reach < config_.max_gate_px ? reach : config_.max_gate_px;  // also when reach is not a number
 }
 
-/// Below 0: not in the gate.
-double Associator::gain(const Track& track, const Corner& corner, double gate_px) const {
+/// Below 0: not in the gate. Mahalanobis only; the gain of the fixed gate is gate - distance.
+double Associator::likelihood_gain(const Track& track, const Corner& corner) const {
   const Vec2 d = corner.uv_px - track.uv_px;
-  const double distance = std::sqrt(d.squaredNorm());
-  if (config_.gate == Gate::kFixed || !(distance <= gate_px)) return gate_px - distance;
   const double model = config_.model_sigma_px * config_.model_sigma_px;
   const double a = track.cov_px2(0, 0) + corner.cov_px2(0, 0) + model, c = track.cov_px2(1, 1) + corner.cov_px2(1, 1) + model;
   const double b = track.cov_px2(0, 1) + corner.cov_px2(0, 1);
@@ -69,23 +67,39 @@ double Associator::gain(const Track& track, const Corner& corner, double gate_px
   return std::log(p / ((1 - p) * config_.clutter_per_px2 * 2 * std::numbers::pi * std::sqrt(det))) - 0.5 * d2;
 }
 
-void Associator::gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px) {
-  gate_.clear();
-  const Corner* all = corners.items.begin();
-  cells_.near(track.uv_px, gate_px, [&](std::int32_t corner, double u, double v) {
-    const double du = u - track.uv_px.x(), dv = v - track.uv_px.y();
-    if (du * du + dv * dv > gate_px * gate_px * (1 + 1e-12)) return;
-    const double g = gain(track, all[corner], gate_px);
-    if (g >= 0) gate_.push_back({corner, static_cast<std::int32_t>(index), g});
-  });
-  if (gate_.size() > kMaxPerGate) {
-    ++counters_.gates_thinned;
-    std::nth_element(gate_.begin(), gate_.begin() + (kMaxPerGate - 1), gate_.end(), [](const Pair& x, const Pair& y) {
-      return x.gain > y.gain || (x.gain == y.gain && x.corner < y.corner);
-    });
-    gate_.resize(kMaxPerGate);
+/// Turns the squared distances of the first n of gate_ into gains; returns how many are worth something.
+std::size_t Associator::weigh(const Track& track, const CornerSet& corners, double gate_px, std::size_t n) {
+  const auto end = gate_.begin() + static_cast<std::ptrdiff_t>(n);
+  if (config_.gate == Gate::kFixed) {
+    for (auto p = gate_.begin(); p != end; ++p) p->gain = gate_px - std::sqrt(p->gain);
+    return n;
   }
-  pairs_.insert(pairs_.end(), gate_.begin(), gate_.end());
+  const Corner* all = corners.items.begin();
+  for (auto p = gate_.begin(); p != end; ++p) p->gain = likelihood_gain(track, all[p->corner]);
+  return static_cast<std::size_t>(std::remove_if(gate_.begin(), end, [](const Pair& p) { return !(p.gain >= 0); }) - gate_.begin());
+}
+
+/// Brings the best kMaxPerGate of n candidates to the front; equal gains go by the corner's index.
+std::size_t Associator::thin(std::size_t n) {
+  if (n <= kMaxPerGate) return n;
+  ++counters_.gates_thinned;
+  std::nth_element(gate_.begin(), gate_.begin() + (kMaxPerGate - 1), gate_.begin() + static_cast<std::ptrdiff_t>(n), [](const Pair& x, const Pair& y) {
+    return x.gain > y.gain || (x.gain == y.gain && x.corner < y.corner);
+  });
+  return kMaxPerGate;
+}
+
+void Associator::gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px) {
+  const auto i = static_cast<std::int32_t>(index);
+  const double u0 = track.uv_px.x(), v0 = track.uv_px.y(), limit = gate_px * gate_px;
+  std::size_t n = 0;  // written always, counted only inside the gate: no branch to mispredict
+  cells_.near(track.uv_px, gate_px, [&](std::int32_t corner, double u, double v) {
+    const double d2 = (u - u0) * (u - u0) + (v - v0) * (v - v0);
+    gate_[n] = {corner, i, d2};
+    n += d2 <= limit ? 1 : 0;
+  });
+  n = thin(weigh(track, corners, gate_px, n));
+  pairs_.insert(pairs_.end(), gate_.begin(), gate_.begin() + static_cast<std::ptrdiff_t>(n));
 }
 
 void Associator::gather(const TrackSet& tracks, const CornerSet& corners, MatchSet& out) {

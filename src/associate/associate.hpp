@@ -63,8 +63,10 @@ class Associator {
     double gain{0};
   };
   [[nodiscard]] double radius_px(const Track& track, double corner_variance) const;
-  [[nodiscard]] double gain(const Track& track, const Corner& corner, double gate_px) const;
+  [[nodiscard]] double likelihood_gain(const Track& track, const Corner& corner) const;
   void gather(const TrackSet& tracks, const CornerSet& corners, MatchSet& out);
+  std::size_t weigh(const Track& track, const CornerSet& corners, double gate_px, std::size_t n);
+  std::size_t thin(std::size_t n);
   void gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px);
   void sort_by_corner(std::size_t corners);
   void read_result(MatchSet& out);

@@ -36,7 +36,9 @@ class CornerCells {
     double u, v;
     std::int32_t cu, cv, corner;
   };
-  [[nodiscard]] std::int32_t cell(double x) const { return static_cast<std::int32_t>(std::floor(std::fmax(-kFar, std::fmin(kFar, x)) * per_px_)); }
+  [[nodiscard]] std::int32_t cell(double x) const {
+    return static_cast<std::int32_t>(std::floor((x < -kFar ? -kFar : x > kFar ? kFar : x) * per_px_));
+  }
   [[nodiscard]] std::uint32_t bucket(std::int32_t cu, std::int32_t cv) const {
     return (static_cast<std::uint32_t>(cu) * 73856093U ^ static_cast<std::uint32_t>(cv) * 19349663U) & mask_;
   }
