@@ -33,7 +33,7 @@ struct AssociateConfig {
   double clutter_per_px2{0.001};        ///< other corners in the searched area
 
   /// `table` is [associate]; range errors are collected there.
-  static Result<AssociateConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<AssociateConfig> read(ConfigTable& table);
 };
 
 /// Sums since construction.

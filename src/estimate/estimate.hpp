@@ -29,7 +29,7 @@ struct EstimateConfig {
   double survey_scale{1.0};           ///< multiplies Feature::sigma_m
 
   /// `table` is [estimate]; range errors are collected there.
-  static Result<EstimateConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<EstimateConfig> read(ConfigTable& table);
 };
 
 /// One prediction for every feature, in the order of the model. A disabled feature is projected too; behind the camera, and where

@@ -74,7 +74,9 @@ TEST(Estimate, AgreesWithAnIndependentCalculationInALeftTurnWithNoseUp) {
 TEST(Estimate, PutsLeftLeftAndUpUp) {
   const auto model = test::example_model();
   const auto mount = test::mount_deg(0, 16, 0, {0, 0, 0});
-  const auto centre_of = [&](const Vec3& t) { return predicted(test::relative_state({0, 0, 0}, t), model, Camera({}, {}), mount)->items[0].uv_px; };
+  const auto centre_of = [&](const Vec3& t) -> Vec2 {
+    return predicted(test::relative_state({0, 0, 0}, t), model, Camera({}, {}), mount)->items[0].uv_px;
+  };
   EXPECT_LT(centre_of({40, -5, -11}).x(), 511.5);
   EXPECT_GT(centre_of({40, 5, -11}).x(), 511.5);
   EXPECT_LT(centre_of({40, 0, -15}).y(), centre_of({40, 0, -11}).y());
@@ -119,7 +121,8 @@ TEST(Estimate, HidesAPaintedCornerThatFacesAwayAndKeepsAnEdgeWithOneFaceTowardsT
   EXPECT_EQ(turned->items[1].visibility, Visibility::kFacingAway);
   EstimateConfig thesis;
   thesis.use_normals = false;
-  for (const Prediction& p : predicted(state, model, Camera({}, {}), mount, thesis)->items) EXPECT_EQ(p.visibility, Visibility::kVisible);
+  const auto all = predicted(state, model, Camera({}, {}), mount, thesis);
+  for (const Prediction& p : all->items) EXPECT_EQ(p.visibility, Visibility::kVisible);
 }
 
 TEST(Estimate, GivesNothingForAnInvalidState) {
