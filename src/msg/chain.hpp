@@ -81,7 +81,8 @@ enum class MatchReason : std::uint8_t {
 struct Match {
   std::int32_t corner{-1};             ///< index into the corner set; -1 = unmatched
   MatchReason reason{MatchReason::kNoCornerInGate};
-  double gain_px{0};                   ///< gate minus distance, 0 when unmatched
+  double gain_px{0};                   ///< gate minus distance, 0 when unmatched; Mahalanobis gate: log-likelihood ratio
+  float gate_px{0};                    ///< radius searched around the track
 };
 using MatchSet = StaticVector<Match, kMaxFeatures>;
 

@@ -1,0 +1,85 @@
+#pragma once
+/// Pairs corners with tracks, at most one to one, so that the total gain is as large as can be.
+///
+/// Gate     kFixed: distance up to gate_px, gain = gate_px - distance (the thesis).
+///          kMahalanobis: squared innovation over S up to chi_square and distance up to max_gate_px, where
+///          S = track covariance + corner covariance + model_sigma_px^2; gain = log-likelihood ratio of "this corner is the
+///          feature" to "the feature was missed and this is clutter", so a certain track outbids an uncertain one.
+///          A pair whose gain is below 0 is outside the gate.
+/// Frames   tracks and corners are in raw pixels. Time: both at the same t_mid; the caller moves the tracks there.
+/// Errors   no match is a result: the reason stands in Match. Points that are not finite match nothing.
+/// Threads  one object a thread. Memory: all of it in the constructor.
+/// Source   spec 2.5; likelihood ratio: Blackman & Popoli, Design and Analysis of Modern Tracking Systems, 1999, ch. 6.
+#include "associate/auction.hpp"
+#include "associate/cells.hpp"
+#include "base/config.hpp"
+#include "msg/chain.hpp"
+
+namespace cyclops {
+
+enum class Gate : std::uint8_t { kFixed, kMahalanobis };
+
+/// Table "associate".
+struct AssociateConfig {
+  Gate gate{Gate::kFixed};
+  double gate_px{13};                   ///< the thesis used 6, 9, 13 and 16
+  double epsilon_px{0.01};              ///< smallest raise of a price; total within n * epsilon of the best
+  double cardinality_bonus_px{0};       ///< added to every gain; above n * gate_px it makes pairs count before gain (E15)
+  int max_bids{50000};                  ///< of one auction before epsilon grows tenfold
+  double chi_square{9.21};              ///< 99 % of 2 degrees of freedom
+  double max_gate_px{20};               ///< the Mahalanobis gate never reaches further
+  double model_sigma_px{1};             ///< 1 sigma per axis of what neither covariance contains
+  double detection_probability{0.8};    ///< that the corner of a visible feature is found
+  double clutter_per_px2{0.001};        ///< other corners in the searched area
+
+  /// `table` is [associate]; range errors are collected there.
+  [[nodiscard]] static Result<AssociateConfig> read(ConfigTable& table);
+};
+
+/// Sums since construction.
+struct AssociateCounters {
+  std::uint64_t frames{0};
+  std::uint64_t candidates{0};          ///< gated pairs
+  std::uint64_t bids{0};
+  std::uint64_t epsilon_raised{0};      ///< frames whose auction ran into max_bids
+  std::uint64_t gates_thinned{0};       ///< gates with more than kMaxPerGate corners; the best of them were kept
+};
+
+class Associator {
+ public:
+  /// Lossless as long as no more than this many tracks compete for the same corners.
+  static constexpr std::size_t kMaxPerGate = 64;
+
+  explicit Associator(const AssociateConfig& config);
+  /// One Match for each track, in order. Tracks that are neither live nor coasting get kNotVisible.
+  void associate(const TrackSet& tracks, const CornerSet& corners, MatchSet& out);
+  [[nodiscard]] const AssociateCounters& counters() const { return counters_; }
+  [[nodiscard]] double last_epsilon() const { return last_epsilon_; }
+
+ private:
+  struct Pair {
+    std::int32_t corner{0};
+    std::int32_t track{0};
+    double gain{0};
+  };
+  [[nodiscard]] double radius_px(const Track& track, double corner_variance) const;
+  [[nodiscard]] double likelihood_gain(const Track& track, const Corner& corner) const;
+  void gather(const TrackSet& tracks, const CornerSet& corners, MatchSet& out);
+  std::size_t weigh(const Track& track, const CornerSet& corners, double gate_px, std::size_t n);
+  std::size_t thin(std::size_t n);
+  void gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px);
+  void sort_by_corner(std::size_t corners);
+  void read_result(MatchSet& out);
+
+  AssociateConfig config_;
+  CornerCells cells_;
+  Auction auction_;
+  std::vector<Pair> gate_;              ///< candidates of one track
+  std::vector<Pair> pairs_;             ///< of all tracks
+  std::vector<std::uint32_t> first_;    ///< by corner, into offers_
+  std::vector<Offer> offers_;
+  AssociateCounters counters_{};
+  double last_epsilon_{0};
+};
+
+}  // namespace cyclops

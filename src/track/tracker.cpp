@@ -1,0 +1,198 @@
+#include "track/tracker.hpp"
+
+#include <algorithm>
+
+namespace cyclops {
+namespace {
+
+bool on(const Track& track) { return track.state == TrackState::kLive || track.state == TrackState::kCoasting; }
+
+void copy(const TrackSet& from, TrackSet& to) {  // only those in use: the whole array is large
+  to.clear();
+  for (const Track& track : from) to.push_back(track);
+}
+
+}  // namespace
+
+Result<TrackConfig> TrackConfig::read(ConfigTable& table) {
+  TrackConfig c;
+  table.read_enum("filter", {"zoh", "zoh-score", "alpha-beta"}, c.filter);
+  table.read_in("alpha", 0.0, 1.0, c.alpha);
+  table.read_in("beta", 0.0, 2.0, c.beta);
+  if (!(2 * c.alpha + c.beta < 4)) table.fail("beta", "with this alpha the filter is unstable, expected 2 alpha + beta < 4");
+  table.read_in("delete_at_score", 1, 1000, c.delete_at_score);
+  table.read_enum("blending", {"nav-wins", "covariance"}, c.blending);
+  table.read_in("keep_chi_square", 0.0, 1000.0, c.keep_chi_square);
+  table.read_in("keep_hit_within_s", 0.0, 60.0, c.keep_hit_within_s);
+  table.read_in("max_nav_gap_s", 0.0, 60.0, c.max_nav_gap_s);
+  table.read("first_hit_takes_corner", c.first_hit_takes_corner);
+  table.read_in("velocity_sigma_px_s", 0.0, 10000.0, c.velocity_sigma_px_s);
+  table.read_in("acceleration_px2_s3", 0.0, 1e6, c.acceleration_px2_s3);
+  return c;
+}
+
+Tracker::Tracker(const TrackConfig& config, int width_px, int height_px)
+    : config_(config), width_(width_px), height_(height_px), inner_(kMaxFeatures) {}
+
+bool Tracker::inside(const Vec2& uv) const {
+  return uv.x() >= -0.5 && uv.y() >= -0.5 && uv.x() < width_ - 0.5 && uv.y() < height_ - 0.5;
+}
+
+// --- from frame to frame ---------------------------------------------------------------------------------------
+
+/// x = x + T v; F = [1 T; 0 1] and white acceleration noise of density q: q [T^3/3 T^2/2; T^2/2 T].
+void Tracker::propagate(Track& track, Inner& inner, double dt) const {
+  track.uv_px += dt * track.velocity_px_s;
+  const double q = config_.acceleration_px2_s3;
+  track.cov_px2 += dt * (inner.cross + inner.cross.transpose()) + dt * dt * inner.velocity + q * dt * dt * dt / 3 * Mat2::Identity();
+  inner.cross += dt * inner.velocity + q * dt * dt / 2 * Mat2::Identity();
+  if (config_.filter == Filter::kAlphaBeta) inner.velocity += q * dt * Mat2::Identity();
+}
+
+void Tracker::begin_frame(Time t_mid) {
+  interval_s_ = begun_ ? (t_mid - t_).seconds() : 0;
+  if (begun_ && interval_s_ <= 0) {
+    ++counters_.late_frames;
+    interval_s_ = 0;
+  }
+  begun_ = true;
+  t_ = t_mid;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    track.change = TrackChange::kNone;
+    if (!on(track)) continue;
+    propagate(track, inner_[i], interval_s_);
+    if (!inside(track.uv_px)) end(track, TrackChange::kLeftImage);
+  }
+}
+
+void Tracker::end(Track& track, TrackChange change) {
+  track.change = change;
+  track.state = change == TrackChange::kDeletedByScore ? TrackState::kDeleted : TrackState::kNone;
+  if (change == TrackChange::kDeletedByScore) ++counters_.dropped;
+  if (change == TrackChange::kLeftImage) ++counters_.left_image;
+  if (change == TrackChange::kTurnedAway) ++counters_.turned_away;
+}
+
+// --- navigation ------------------------------------------------------------------------------------------------
+
+bool Tracker::consistent(const Track& track, const Inner& inner, const Prediction& prediction) const {
+  if (!inner.hit || (t_ - track.t_last_hit).seconds() > config_.keep_hit_within_s) return false;
+  const Vec2 d = prediction.uv_px - track.uv_px;
+  const Mat2 S = track.cov_px2 + prediction.cov_px2;
+  return S.determinant() > 0 && d.dot(S.inverse() * d) <= config_.keep_chi_square;
+}
+
+/// Difference of two projections close enough in time, else 0. A constant bias of the projection cancels. Spec 2.8.
+void Tracker::set_velocity(Track& track, Inner& inner, const Prediction& prediction) const {
+  track.velocity_px_s = Vec2::Zero();
+  inner.velocity = config_.velocity_sigma_px_s * config_.velocity_sigma_px_s * Mat2::Identity();
+  inner.cross = Mat2::Zero();
+  const double gap = (t_ - inner.t_nav).seconds();
+  if (config_.filter != Filter::kAlphaBeta || !inner.nav_known || gap <= 0 || gap > config_.max_nav_gap_s) return;
+  track.velocity_px_s = (prediction.uv_px - inner.nav_uv_px) / gap;
+  inner.velocity = (prediction.cov_px2 + inner.nav_cov_px2) / (gap * gap) + config_.acceleration_px2_s3 * gap / 3 * Mat2::Identity();
+}
+
+void Tracker::start(Track& track, Inner& inner, const Prediction& prediction, bool was_on) {
+  set_velocity(track, inner, prediction);
+  track.state = TrackState::kLive;
+  track.change = was_on ? TrackChange::kReplacedByNav : TrackChange::kInitiatedByNav;
+  track.uv_px = prediction.uv_px;
+  track.cov_px2 = prediction.cov_px2;
+  track.score = 0;
+  inner.hit = false;
+  ++(was_on ? counters_.replaced : counters_.initiated);
+}
+
+/// What one prediction does to its track.
+void Tracker::blend(Track& track, Inner& inner, const Prediction& prediction) {
+  if (track.change == TrackChange::kLeftImage) --counters_.left_image;  // navigation decides instead of the propagated place
+  const bool was_on = on(track) || track.change == TrackChange::kLeftImage;
+  const bool may_keep = config_.blending == Blending::kCovariance && on(track) &&
+                        (prediction.visibility == Visibility::kVisible || prediction.visibility == Visibility::kOutsideImage);
+  if (may_keep && consistent(track, inner, prediction)) { ++counters_.kept; return; }
+  switch (prediction.visibility) {
+    case Visibility::kVisible: start(track, inner, prediction, was_on); return;
+    case Visibility::kOutsideImage:
+    case Visibility::kBehindCamera:
+      if (was_on) end(track, TrackChange::kLeftImage);
+      break;
+    case Visibility::kFacingAway:
+    case Visibility::kHidden:
+    case Visibility::kDisabled:
+      if (was_on) end(track, TrackChange::kTurnedAway);
+      break;
+  }
+  track.state = TrackState::kNone;
+}
+
+void Tracker::nav_update(const PredictionSet& predictions) {
+  if (!predictions.from_nav) return;
+  CYCLOPS_ASSERT(begun_ && predictions.t_mid == t_);
+  CYCLOPS_ASSERT(tracks_.empty() || tracks_.size() == predictions.items.size());
+  tracks_.resize(predictions.items.size());
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    const Prediction& prediction = predictions.items[i];
+    CYCLOPS_ASSERT(prediction.feature == i);
+    Inner& inner = inner_[i];
+    tracks_[i].id = prediction.id;
+    tracks_[i].feature = prediction.feature;
+    blend(tracks_[i], inner, prediction);
+    inner.nav_known = prediction.visibility != Visibility::kBehindCamera;
+    inner.nav_uv_px = prediction.uv_px;
+    inner.nav_cov_px2 = prediction.cov_px2;
+    inner.t_nav = t_;
+  }
+}
+
+// --- corners ---------------------------------------------------------------------------------------------------
+
+/// x+ = x + alpha r, v+ = v + beta / T r with r = z - x, and the covariance that goes with these gains. Spec 2.6.
+void Tracker::correct(Track& track, Inner& inner, const Corner& corner) {
+  const bool hold = config_.filter != Filter::kAlphaBeta;
+  const bool settle = hold || (config_.first_hit_takes_corner && !inner.hit);
+  const double a = settle ? 1.0 : config_.alpha;
+  const double g = settle || interval_s_ <= 0 ? 0.0 : config_.beta / interval_s_;
+  const Vec2 residual = corner.uv_px - track.uv_px;
+  track.uv_px += a * residual;
+  track.velocity_px_s += g * residual;
+  const Mat2 A = track.cov_px2, B = inner.cross;
+  const Mat2& R = corner.cov_px2;
+  track.cov_px2 = (1 - a) * (1 - a) * A + a * a * R;
+  inner.cross = (1 - a) * (B - g * A) + a * g * R;
+  inner.velocity += -g * (B + B.transpose()) + g * g * (A + R);
+}
+
+void Tracker::miss(Track& track) {
+  ++counters_.misses;
+  ++track.score;
+  if (config_.filter == Filter::kZoh || track.score >= config_.delete_at_score) {
+    end(track, TrackChange::kDeletedByScore);
+    return;
+  }
+  track.state = TrackState::kCoasting;
+  if (track.change == TrackChange::kNone) track.change = TrackChange::kMiss;
+}
+
+void Tracker::update(const MatchSet& matches, const CornerSet& corners) {
+  CYCLOPS_ASSERT(matches.size() == tracks_.size());
+  copy(tracks_, predicted_);
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    if (!on(track)) continue;
+    if (matches[i].corner < 0) {
+      miss(track);
+      continue;
+    }
+    correct(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
+    inner_[i].hit = true;
+    ++counters_.hits;
+    track.score = std::max(0, track.score - 1);
+    track.t_last_hit = t_;
+    track.state = TrackState::kLive;
+    if (track.change == TrackChange::kNone) track.change = TrackChange::kHit;
+  }
+}
+
+}  // namespace cyclops

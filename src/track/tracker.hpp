@@ -1,0 +1,112 @@
+#pragma once
+/// The life of each feature between navigation updates: start, follow, coast, end.
+///
+/// Order    begin_frame(t); nav_update(predictions) if there are any; associate tracks(); update(matches, corners).
+///          A frame without pixels gets no update(): its tracks coast and nothing is counted as missed.
+/// Frames   raw pixels. T of the filters is the interval between begin_frame calls; when it is not above 0 nothing moves.
+/// Starts   only a navigation update starts a track; a deleted or departed track stays off until the next one.
+/// Change   Track::change holds what happened to the track in this frame, the gravest last: hit or miss, then start or replacement
+///          by navigation, then the end. Whether a started track was hit too shows in its state: kLive or kCoasting.
+/// Covariance  per track, of position and velocity, carried through the gains in use: x+ = x + K (z - x), P+ = (I-KH) P (I-KH)^T
+///          + K R K^T, which holds for any gain. Between frames white acceleration noise is added.
+/// Threads  one object a thread. Memory: all of it in the constructor.
+/// Source   spec 2.6 (filters), 2.7 (life), 2.8 (blending), errata E16, E36.
+#include <vector>
+
+#include "base/config.hpp"
+#include "msg/chain.hpp"
+
+namespace cyclops {
+
+enum class Filter : std::uint8_t {
+  kZoh,        ///< last corner held; deleted at the first miss (the thesis)
+  kZohScore,   ///< last corner held; deleted by score
+  kAlphaBeta,  ///< deleted by score
+};
+
+enum class Blending : std::uint8_t {
+  kNavWins,     ///< a navigation update replaces every track (the thesis)
+  kCovariance,  ///< it leaves alone a track that was hit recently and lies within keep_chi_square of the prediction
+};
+
+/// Table "track".
+struct TrackConfig {
+  Filter filter{Filter::kAlphaBeta};
+  double alpha{0.7};                    ///< thesis: 0.7 / 0.075 baseline, 0.9 / 0.25 high rate
+  double beta{0.075};
+  int delete_at_score{5};
+  Blending blending{Blending::kCovariance};
+  double keep_chi_square{13.8};         ///< 99.9 % of 2 degrees of freedom, over track plus prediction covariance
+  double keep_hit_within_s{0.2};        ///< "recently"
+  double max_nav_gap_s{2};              ///< two navigation updates closer than this give a velocity
+  bool first_hit_takes_corner{true};    ///< the error of a start by navigation is no motion: gains 1, 0 once. Thesis: false
+  double velocity_sigma_px_s{30};       ///< of a velocity taken to be 0; about 1 px a frame at 30 Hz
+  double acceleration_px2_s3{100};      ///< power spectral density of the acceleration
+
+  /// `table` is [track]; range errors are collected there.
+  [[nodiscard]] static Result<TrackConfig> read(ConfigTable& table);
+};
+
+/// Sums since construction.
+struct TrackCounters {
+  std::uint64_t initiated{0};           ///< by navigation, of features that had no track
+  std::uint64_t replaced{0};            ///< live tracks moved by navigation
+  std::uint64_t kept{0};                ///< live tracks that navigation agreed with (kCovariance)
+  std::uint64_t hits{0};
+  std::uint64_t misses{0};
+  std::uint64_t dropped{0};             ///< by score
+  std::uint64_t left_image{0};
+  std::uint64_t turned_away{0};
+  std::uint64_t late_frames{0};         ///< not later than the frame before
+};
+
+class Tracker {
+ public:
+  Tracker(const TrackConfig& config, int width_px, int height_px);
+  /// Moves every track to t_mid.
+  void begin_frame(Time t_mid);
+  /// `predictions` are at the t_mid of begin_frame, item i is feature i. A set without navigation changes nothing.
+  void nav_update(const PredictionSet& predictions);
+  /// One match for each track.
+  void update(const MatchSet& matches, const CornerSet& corners);
+
+  /// Track i is feature i; empty before the first navigation update.
+  [[nodiscard]] const TrackSet& tracks() const { return tracks_; }
+  /// The tracks as they stood when update() began, that is, as association saw them.
+  [[nodiscard]] const TrackSet& predicted() const { return predicted_; }
+  [[nodiscard]] const TrackCounters& counters() const { return counters_; }
+
+ private:
+  /// What a track has beside its public face. Covariance blocks: position is Track::cov_px2, order u v.
+  struct Inner {
+    Mat2 cross{Mat2::Zero()};           ///< position by velocity, px^2/s
+    Mat2 velocity{Mat2::Zero()};        ///< px^2/s^2
+    bool hit{false};                    ///< since it was started
+    bool nav_known{false};
+    Vec2 nav_uv_px{0, 0};               ///< of the navigation update before
+    Mat2 nav_cov_px2{Mat2::Zero()};
+    Time t_nav{};
+  };
+  void propagate(Track& track, Inner& inner, double dt) const;
+  void correct(Track& track, Inner& inner, const Corner& corner);
+  void miss(Track& track);
+  void blend(Track& track, Inner& inner, const Prediction& prediction);
+  void start(Track& track, Inner& inner, const Prediction& prediction, bool was_on);
+  void set_velocity(Track& track, Inner& inner, const Prediction& prediction) const;
+  void end(Track& track, TrackChange change);
+  [[nodiscard]] bool consistent(const Track& track, const Inner& inner, const Prediction& prediction) const;
+  [[nodiscard]] bool inside(const Vec2& uv_px) const;
+
+  TrackConfig config_;
+  int width_;
+  int height_;
+  bool begun_{false};
+  Time t_{};
+  double interval_s_{0};
+  TrackSet tracks_{};
+  TrackSet predicted_{};
+  std::vector<Inner> inner_;
+  TrackCounters counters_{};
+};
+
+}  // namespace cyclops
