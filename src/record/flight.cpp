@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "base/config.hpp"
+#include "wire/codec.hpp"
 
 namespace cyclops {
 namespace fs = std::filesystem;
@@ -84,9 +85,28 @@ Result<> FlightWriter::message(Time arrival, const char* channel, const void* da
 }
 
 Result<std::int64_t> FlightWriter::frame(Time arrival, const FlightFrame& frame) {
-  encode_frame_data(frame, buffer_);
+  FrameDataView view;
+  view.camera_frame_id = frame.camera_frame_id;
+  view.camera_tick_ns = frame.camera_tick_ns;
+  view.exposure = frame.exposure;
+  view.status = frame.status;
+  view.format = frame.image.format;
+  view.width = frame.image.width;
+  view.height = frame.image.height;
+  view.missing = frame.missing;
+  const auto row_bytes = static_cast<std::size_t>(frame.image.width * bytes_per_pixel(frame.image.format));
+  if (frame.image.stride_bytes == static_cast<int>(row_bytes)) {
+    view.pixels = {frame.image.data, row_bytes * static_cast<std::size_t>(frame.image.height)};
+  } else {
+    rows_.clear();
+    for (int v = 0; v < frame.image.height; ++v) rows_.insert(rows_.end(), frame.image.row8(v), frame.image.row8(v) + row_bytes);
+    view.pixels = rows_;
+  }
+  buffer_.resize(encoded_size(view));
+  const Encoded bytes = encode_into(view, buffer_);
+  CYCLOPS_ASSERT(static_cast<bool>(bytes));
   const std::int64_t number = frames_.events();
-  CYCLOPS_TRY(frames_.write(arrival.ns / kMicro, "FRAME_DATA", buffer_.data(), buffer_.size()));
+  CYCLOPS_TRY(frames_.write(arrival.ns / kMicro, channel::kFrameData, bytes.data, bytes.size));
   return number;
 }
 
@@ -194,7 +214,19 @@ Result<> FlightReader::frame(std::int64_t number, std::vector<std::uint8_t>& mem
   auto more = frames_.next(scratch_);
   scratch_.data.swap(memory);
   if (!more.ok()) return more.error();
-  return decode_frame_data(memory.data(), memory.size(), path("frames.lcm") + ": event " + std::to_string(number), out);
+  const auto view = decode_frame_data(memory.data(), memory.size());
+  if (!view.ok()) return make_error(view.error().code, path("frames.lcm") + ": event " + std::to_string(number), view.error().message());
+  out.camera_frame_id = view->camera_frame_id;
+  out.camera_tick_ns = view->camera_tick_ns;
+  out.exposure = view->exposure;
+  out.status = view->status;
+  out.missing = view->missing;
+  out.image = {view->pixels.data(), view->width, view->height, view->width * bytes_per_pixel(view->format), view->format};
+  if (!view->aligned()) {  // an odd row mask in front of 16-bit pixels
+    std::memmove(memory.data(), view->pixels.data(), view->pixels.size());
+    out.image.data = memory.data();
+  }
+  return Ok{};
 }
 
 }  // namespace cyclops

@@ -57,6 +57,7 @@ class FlightWriter {
   record::EventLogWriter messages_;
   record::EventLogWriter frames_;
   std::vector<std::uint8_t> buffer_;
+  std::vector<std::uint8_t> rows_;
 };
 
 class FlightReader {
@@ -82,9 +83,5 @@ class FlightReader {
   std::vector<std::int64_t> frame_offset_;
   record::LogEvent scratch_;
 };
-
-/// Checks and decodes a frame_data_t payload; `out.image` points into it.
-Result<> decode_frame_data(const std::uint8_t* data, std::size_t bytes, const std::string& where, FlightFrame& out);
-void encode_frame_data(const FlightFrame& frame, std::vector<std::uint8_t>& out);
 
 }  // namespace cyclops

@@ -76,8 +76,10 @@ Result<> check_buffer(const SegmentConfig& config, double gate_px, int border_px
                         std::to_string(static_cast<int>(std::ceil(least))));
 }
 
-void Segmenter::segment(std::span<const Vec2> points_px, int width, int height, SubImageSet& out) {
-  CYCLOPS_ASSERT(points_px.size() <= kMaxFeatures);
+void Segmenter::segment(std::span<const Vec2> points_px, int width, int height, SubImageSet& out, int reach_px) {
+  CYCLOPS_ASSERT(points_px.size() <= kMaxFeatures && reach_px >= 0);
+  buffer_ = config_.buffer_px + reach_px;
+  link_ = config_.link_px + 2 * reach_px;
   sort_into_cells(points_px, width, height);
   for (std::uint32_t c = 0; c < cells_; ++c) link_neighbours(c);
   boxes_of_clusters(width, height, out);
@@ -88,7 +90,7 @@ void Segmenter::segment(std::span<const Vec2> points_px, int width, int height, 
 
 /// Cells are squares whose diagonal is just below the threshold: points of one cell always belong together.
 void Segmenter::sort_into_cells(std::span<const Vec2> points_px, int width, int height) {
-  const double per_px = 1 / (config_.link_px * (1 - 1e-9) * std::sqrt(0.5));
+  const double per_px = 1 / (link_ * (1 - 1e-9) * std::sqrt(0.5));
   points_ = 0;
   for (std::uint32_t i = 0; i < points_px.size(); ++i) {
     const Vec2& p = points_px[i];
@@ -126,7 +128,7 @@ void Segmenter::link_neighbours(std::uint32_t cell) {
 }
 
 bool Segmenter::closer_than_link(const Cell& a, const Cell& b) const {
-  const double limit = config_.link_px * config_.link_px;
+  const double limit = link_ * link_;
   if (gap2(a.low, a.high, b.low, b.high) >= limit) return false;
   for (std::uint32_t i = a.begin; i < a.end; ++i) {
     if (gap2(sorted_[i], sorted_[i], b.low, b.high) >= limit) continue;
@@ -159,8 +161,8 @@ void Segmenter::boxes_of_clusters(int width, int height, SubImageSet& out) {
   for (std::uint32_t c = 0; c < cells_; ++c) {
     const Cell& r = cell_[c];
     if (r.parent != c) continue;
-    const auto first = [&](double x) { return std::max(static_cast<int>(std::floor(x)) - config_.buffer_px, 0); };
-    const auto last = [&](double x, int n) { return std::min(static_cast<int>(std::ceil(x)) + config_.buffer_px, n - 1); };
+    const auto first = [&](double x) { return std::max(static_cast<int>(std::floor(x)) - buffer_, 0); };
+    const auto last = [&](double x, int n) { return std::min(static_cast<int>(std::ceil(x)) + buffer_, n - 1); };
     const int u0 = first(r.low.x()), v0 = first(r.low.y());
     out.push_back({u0, v0, last(r.high.x(), width) - u0 + 1, last(r.high.y(), height) - v0 + 1, static_cast<int>(r.end - r.begin)});
   }

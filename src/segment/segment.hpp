@@ -36,8 +36,9 @@ struct SegmentConfig {
 class Segmenter {
  public:
   explicit Segmenter(const SegmentConfig& config) : config_(config) {}
-  /// At most kMaxFeatures points.
-  void segment(std::span<const Vec2> points_px, int width, int height, SubImageSet& out);
+  /// At most kMaxFeatures points. `reach_px` is added to the buffer, and twice to the link: how far a feature may be from
+  /// its point in this frame.
+  void segment(std::span<const Vec2> points_px, int width, int height, SubImageSet& out, int reach_px = 0);
 
  private:
   struct Keyed {
@@ -58,6 +59,8 @@ class Segmenter {
   void boxes_of_clusters(int width, int height, SubImageSet& out);
 
   SegmentConfig config_;
+  int buffer_{0};               ///< of the frame at hand
+  double link_{0};
   std::size_t points_{0};
   std::size_t cells_{0};
   std::array<Keyed, kMaxFeatures> keys_{};

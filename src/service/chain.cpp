@@ -52,7 +52,7 @@ const char* to_string(Stage stage) {
 Chain::Chain(const Rig& rig, const Profile& profile)
     : rig_(rig),
       profile_(profile),
-      mount_(rig.mount),
+      mount_{camera_from_receiver(rig.mount_angles), rig.lens, rig.boresight_sigma_rad},
       T_c_r_(mount_.R_c_r, Point<frame::C>(-mount_.R_c_r.rotate(mount_.lens.xyz))),
       aligner_(profile.align, rig.tanker, rig.camera, T_c_r_, mount_.boresight_sigma_rad),
       segmenter_(profile.segment),

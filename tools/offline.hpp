@@ -1,0 +1,30 @@
+#pragma once
+/// A flight through the same stages as the service, without a socket, clock or thread: same bits at every run.
+#include <functional>
+#include <string>
+
+#include "base/histogram.hpp"
+#include "service/chain.hpp"
+#include "service/profile.hpp"
+
+namespace cyclops::tools {
+
+struct OfflineResult {
+  std::int64_t frames{0};
+  std::int64_t frames_out{0};
+  std::int64_t refused_messages{0};    ///< did not decode; the first is in `first_refusal`
+  std::string first_refusal;
+  Histogram stage[kStages];
+  Histogram chain;
+  double run_s{0};                     ///< wall time of the whole run
+  double flight_s{0};                  ///< time from first to last frame
+};
+
+/// Results go to `log`, an event log as the service's messages would make it. `progress` is told the share done, or empty.
+Result<OfflineResult> run_offline(const std::string& flight, const Profile& profile, const std::string& log,
+                                  const std::function<void(double)>& progress);
+
+/// Measurements as a table: frame, times, id, accepted, reason, pixels, metres, covariance, innovation, NIS.
+Result<> measurements_csv(const std::string& log, const std::string& path);
+
+}  // namespace cyclops::tools
