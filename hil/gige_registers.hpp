@@ -53,6 +53,8 @@ class GigeRegisters {
   [[nodiscard]] GvcpStatus read(std::uint32_t address, std::span<std::uint8_t> out) const;
   [[nodiscard]] GvcpStatus write(std::uint32_t address, std::uint32_t value, const WriteContext& context, GvcpEffects& effects);
   [[nodiscard]] bool may_write(GvcpPeer peer) const { return controller_ && *controller_ == peer; }
+  /// Resends are asked for from the socket of the stream, so only the host is compared.
+  [[nodiscard]] bool may_resend(GvcpPeer peer) const { return controller_ && controller_->address == peer.address; }
   [[nodiscard]] bool hidden_from(GvcpPeer peer) const;  ///< another application holds exclusive access
 
   void heard(GvcpPeer peer, std::int64_t now_ns);       ///< a command of the controller is a heartbeat

@@ -112,7 +112,7 @@ void write_memory(GigeRegisters& r, const Request& q, GvcpReply& reply) {
 void packet_resend(GigeRegisters& r, const Request& q, GvcpReply& reply) {
   const bool extended = (q.flags & kExtendedIds) != 0;
   if (q.body.size() != (extended ? 20U : 12U) || get_be16(&q.body[0]) != 0) return refuse_malformed(reply, q);
-  if (!r.may_write(q.peer)) return refuse(reply, q, GvcpStatus::kAccessDenied);
+  if (!r.may_resend(q.peer)) return refuse(reply, q, GvcpStatus::kAccessDenied);
   const std::uint32_t mask = extended ? 0xffffffffU : 0xffffffU;
   ResendRequest request{.block_id = extended ? get_be64(&q.body[12]) : get_be16(&q.body[2]),
                         .first = get_be32(&q.body[4]) & mask,
@@ -135,6 +135,12 @@ void dispatch(GigeRegisters& r, const Request& q, GvcpReply& reply) {
   refuse(reply, q, GvcpStatus::kNotImplemented);
 }
 
+/// Commands that exclusive access of another application does not hide; resend has a rule of its own.
+bool always_open(std::uint16_t command) {
+  return command == static_cast<std::uint16_t>(GvcpCommand::kDiscovery) ||
+         command == static_cast<std::uint16_t>(GvcpCommand::kPacketResend);
+}
+
 }  // namespace
 
 GvcpReply handle_gvcp(GigeRegisters& registers, std::span<const std::uint8_t> packet, GvcpPeer peer, std::int64_t now_ns,
@@ -146,7 +152,7 @@ GvcpReply handle_gvcp(GigeRegisters& registers, std::span<const std::uint8_t> pa
   }
   Request q{packet[1], get_be16(&packet[2]), get_be16(&packet[6]), packet.subspan(kGvcpHeader), peer, now_ns, tick};
   if (get_be16(&packet[4]) != q.body.size() || q.id == 0) refuse_malformed(reply, q);
-  else if (q.command != static_cast<std::uint16_t>(GvcpCommand::kDiscovery) && registers.hidden_from(peer))
+  else if (!always_open(q.command) && registers.hidden_from(peer))
     refuse(reply, q, GvcpStatus::kAccessDenied);
   else {
     registers.heard(peer, now_ns);
