@@ -207,6 +207,11 @@ CameraFrame CameraSource::make_frame(ArvBuffer* buffer, std::uint64_t seq, std::
   return frame;
 }
 
+int CameraSource::miss_all(CameraFrame& frame) const {
+  for (int v = 0; v < state_->config.height_px; ++v) frame.missing.set_missing(v);
+  return state_->config.height_px;
+}
+
 /// Which pixels are there: the library's word when it has all packets, else the marks.
 void CameraSource::fill_rows(CameraFrame& frame) {
   const State& s = *state_;
@@ -214,7 +219,8 @@ void CameraSource::fill_rows(CameraFrame& frame) {
   const void* data = arv_buffer_get_data(frame.buffer_, &received);
   const auto* pixels = static_cast<const std::uint8_t*>(data);
   const bool all = arv_buffer_get_status(frame.buffer_) == ARV_BUFFER_STATUS_SUCCESS && received == s.config.payload_bytes();
-  const int missing = all ? 0 : s.session->missing_rows().find(pixels, frame.missing);
+  int missing = all ? 0 : s.session->missing_rows().find(pixels, frame.missing);
+  if (!all && missing == 0 && arv_buffer_get_status(frame.buffer_) == ARV_BUFFER_STATUS_SUCCESS) missing = miss_all(frame);  // bytes too few, none missed
   frame.info.missing_rows = static_cast<std::uint32_t>(missing);
   frame.info.status = missing == 0                    ? FrameStatus::kComplete
                       : missing < s.config.height_px ? FrameStatus::kPartial
@@ -238,8 +244,7 @@ CameraEvent CameraSource::no_leader(ArvBuffer* buffer, std::int64_t arrival_ns) 
   alive();
   ++s.own.lost_leader;
   CameraFrame frame = make_frame(buffer, s.numbers.next_unknown().seq, arrival_ns);
-  frame.info.missing_rows = static_cast<std::uint32_t>(s.config.height_px);
-  for (int v = 0; v < s.config.height_px; ++v) frame.missing.set_missing(v);
+  frame.info.missing_rows = static_cast<std::uint32_t>(miss_all(frame));
   return frame;
 }
 

@@ -96,6 +96,7 @@ class CameraSource {
   CameraFrame make_frame(ArvBuffer* buffer, std::uint64_t seq, std::int64_t arrival_ns) const;
   void count_frame(CameraFrame& frame);
   void fill_rows(CameraFrame& frame);
+  int miss_all(CameraFrame& frame) const;
   void publish_counters();
   std::unique_ptr<State> state_;
 };

@@ -45,15 +45,16 @@ void MissingRows::arm(std::uint8_t* image) const {
   }
 }
 
-MissingRows::Verdict MissingRows::check(const std::uint8_t* image, std::size_t room, RowMask& mask) const {
+void MissingRows::read(const std::uint8_t* image, std::size_t room, Reading& out) const {
   for (std::size_t begin = 0; begin < size_; begin += room) {
     const std::size_t end = std::min(begin + room, size_);
-    const bool first = has_mark(image, begin, std::min(begin + kMark, end));
-    const bool last = has_mark(image, end - std::min(kMark, end - begin), end);
-    if (first != last) return Verdict::kInconsistent;
-    if (first) mark_rows(begin, end - 1, mask);
+    const std::size_t first_end = std::min(begin + kMark, end), last_begin = end - std::min(kMark, end - begin);
+    const bool first = has_mark(image, begin, first_end), last = has_mark(image, last_begin, end);
+    if (first) mark_rows(begin, first_end - 1, out.marks);
+    if (last) mark_rows(last_begin, end - 1, out.marks);
+    if (first && last) mark_rows(begin, end - 1, out.lost);
+    out.consistent = out.consistent && first == last;
   }
-  return Verdict::kConsistent;
 }
 
 void MissingRows::mark_rows(std::size_t first_byte, std::size_t last_byte, RowMask& mask) const {
@@ -61,15 +62,19 @@ void MissingRows::mark_rows(std::size_t first_byte, std::size_t last_byte, RowMa
 }
 
 int MissingRows::find(const std::uint8_t* image, RowMask& mask) const {
-  // A hole can hide between two marks of the wrong layout, so that it looks consistent too: the answer is the union.
-  bool certain = false;
+  // A hole can hide between two marks of the wrong layout, which then looks consistent too: the answer is the union.
+  RowMask marks;
   for (std::size_t room : rooms_) {
-    RowMask found;
-    if (check(image, room, found) == Verdict::kInconsistent) continue;
-    certain = true;
-    for (std::size_t i = 0; i < std::size(mask.bits); ++i) mask.bits[i] |= found.bits[i];
+    Reading reading;
+    read(image, room, reading);
+    for (std::size_t i = 0; i < std::size(mask.bits); ++i) {
+      marks.bits[i] |= reading.marks.bits[i];
+      if (reading.consistent) mask.bits[i] |= reading.lost.bits[i];
+    }
   }
-  if (!certain) mark_rows(0, size_ - 1, mask);
+  bool explained = true;
+  for (std::size_t i = 0; i < std::size(mask.bits); ++i) explained = explained && (marks.bits[i] & ~mask.bits[i]) == 0;
+  if (!explained) mark_rows(0, size_ - 1, mask);
   return mask.count();
 }
 
