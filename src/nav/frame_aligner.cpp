@@ -5,7 +5,7 @@
 namespace cyclops {
 
 FrameAligner::FrameAligner(const NavConfig& config, const NavRig& rig)
-    : config_(config), navigator_(config, rig), schedule_(config), slots_(static_cast<std::size_t>(config.max_waiting_frames) + 1) {}
+    : config_(config), navigator_(config, rig), schedule_(config), slots_(static_cast<std::size_t>(config.max_waiting_frames) + kReadyRoom) {}
 
 Admission FrameAligner::push(const Tspi& sample) {
   const Admission admission = navigator_.push(sample);
@@ -14,7 +14,7 @@ Admission FrameAligner::push(const Tspi& sample) {
 }
 
 void FrameAligner::push(const FrameInfo& frame, std::uint64_t token) {
-  if (waiting() + 1 == slots_.size()) release(&AlignerCounters::squeezed_out);
+  if (waiting() == static_cast<std::size_t>(config_.max_waiting_frames)) release(&AlignerCounters::squeezed_out);
   CYCLOPS_ASSERT(size_ < slots_.size());
   AlignedFrame& s = slot(size_++);
   s = AlignedFrame{frame, token, schedule_.due(frame), {}};

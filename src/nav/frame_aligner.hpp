@@ -9,7 +9,7 @@
 ///            - flush(): end of the stream, or the caller's own patience with a silent camera.
 ///          The relative state is worked out at that moment, so it depends on the order of the inputs alone, not on when
 ///          pop() is called. While TSPI keeps pace it does not even depend on how frames and TSPI were interleaved.
-/// Caller   calls pop() until it says false after every push and flush; a store that overflows is a broken contract.
+/// Caller   takes what is ready with pop(); more than kReadyRoom frames left lying there is a broken contract.
 /// Time     service clock. Threads: one at a time. Memory: allocated on construction only.
 #include <cstdint>
 #include <vector>
@@ -40,6 +40,7 @@ struct AlignerCounters {
 
 class FrameAligner {
  public:
+  static constexpr std::size_t kReadyRoom = 256;  ///< more than the stage before can let go at once
   FrameAligner(const NavConfig& config, const NavRig& rig);
 
   Admission push(const Tspi& sample);

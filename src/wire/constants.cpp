@@ -40,7 +40,7 @@ static_assert(is(TrackChange::kNone, track_t::CHANGE_NONE) && is(TrackChange::kI
 
 static_assert(is(MatchReason::kMatched, measurement_t::MATCHED) && is(MatchReason::kNoCornerInGate, measurement_t::NO_CORNER_IN_GATE) &&
               is(MatchReason::kLostToOther, measurement_t::LOST_TO_OTHER) && is(MatchReason::kNotVisible, measurement_t::NOT_VISIBLE) &&
-              is(MatchReason::kInnovation, measurement_t::INNOVATION));
+              is(MatchReason::kInnovation, measurement_t::INNOVATION) && is(MatchReason::kNoConsensus, measurement_t::NO_CONSENSUS));
 
 static_assert(is(TruthVisibility::kHidden, truth_t::HIDDEN) && is(TruthVisibility::kVisible, truth_t::VISIBLE) &&
               is(TruthVisibility::kDoNotScore, truth_t::DO_NOT_SCORE));

@@ -145,6 +145,13 @@ TEST(FrameAligner, LetsTheOldestGoWhenTooManyWait) {
   EXPECT_EQ(aligner.counters().most_waiting, 4u);
 }
 
+TEST(FrameAligner, HoldsABurstOfReadyFramesForACallerThatTakesThemLater) {
+  FrameAligner aligner(every(1000), NavRig{});
+  for (std::uint64_t id = 1; id <= FrameAligner::kReadyRoom; ++id) aligner.push(frame(id, 33.0 * static_cast<double>(id)), id);
+  aligner.flush();
+  EXPECT_EQ(taken(aligner).size(), FrameAligner::kReadyRoom);
+}
+
 struct Input {
   double arrival;
   int kind;  // 0 frame, 1 receiver, 2 tanker
