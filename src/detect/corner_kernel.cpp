@@ -11,7 +11,6 @@ namespace cyclops {
 namespace {
 
 constexpr float kLowest = -std::numeric_limits<float>::infinity();
-constexpr int kNoRow = std::numeric_limits<int>::min();
 
 /// No row of v - reach .. v + reach is missing.
 bool clear(const RowMask* missing, int v, int reach, const PixelRect& domain) {
@@ -35,6 +34,15 @@ void read_pixels(const KernelJob& job, int v, int u, int n, float* out) {
   }
 }
 
+/// Calls f.operator()<N>() for the N in 1..Max that equals n.
+template <int Max, class F>
+void with_constant(int n, F&& f) {
+  if constexpr (Max > 0) {
+    if (n == Max) return f.template operator()<Max>();
+    with_constant<Max - 1>(n, f);
+  }
+}
+
 }  // namespace
 
 KernelConfig kernel_config(double gaussian_sigma_px, int gaussian_size, int nms_radius_px, double eps) {
@@ -52,113 +60,120 @@ KernelConfig kernel_config(double gaussian_sigma_px, int gaussian_size, int nms_
 }
 
 CornerKernel::CornerKernel(const KernelConfig& config) : config_(config) {
-  lowest_.fill(kLowest);
-  for (Row& row : measure_) row.fill(kLowest);
+  static_assert(kRow % lanes::kLanes == 0);
+  with_constant<KernelConfig::kMaxHalf>(config.half, [&]<int Half>() {
+    loops_.down = rows::weigh_down<Half>;
+    loops_.across = rows::weigh_across<Half>;
+  });
+  with_constant<KernelConfig::kMaxRadius>(config.radius, [&]<int Radius>() {
+    loops_.around = rows::largest_around<Radius>;
+    loops_.maxima = rows::maxima<Radius>;
+  });
 }
 
 KernelResult CornerKernel::run(const KernelJob& job, std::span<Peak> peaks, float* picture) {
   KernelResult result;
-  for (int u = job.measure.u0; u < job.measure.u1; u += kStrip) {
-    const int end = std::min(u + kStrip, job.measure.u1);
-    run_strip(job, {u, end, std::max(u - config_.radius, job.measure.u0), std::min(end + config_.radius, job.measure.u1)}, peaks, picture, result);
-  }
+  for (int u = job.measure.u0; u < job.measure.u1; u += kStrip) run_strip(job, strip_at(job, u), peaks, picture, result);
   return result;
+}
+
+CornerKernel::Strip CornerKernel::strip_at(const KernelJob& job, int u) const {
+  const auto span = [&](int first, int n) { return Span{first, n, std::max(job.domain.u0 - first, 0), std::min(job.domain.u1 - first, n)}; };
+  const int end = std::min(u + kStrip, job.measure.u1), half = config_.half;
+  const int m0 = std::max(u - config_.radius, job.measure.u0), n = std::min(end + config_.radius, job.measure.u1) - m0;
+  return {u, end, m0, n, span(m0 - half - 1, n + 2 * half + 2), span(m0 - half, n + 2 * half)};
 }
 
 void CornerKernel::run_strip(const KernelJob& job, const Strip& strip, std::span<Peak> peaks, float* picture, KernelResult& result) {
   const auto& [u0, v0, u1, v1] = job.measure;
-  const int sum0 = std::max(strip.own0, job.mean.u0), sum1 = std::min(strip.own1, job.mean.u1);
-  pixel_row_.fill(kNoRow);
-  for (int v = v0 - config_.half; v < v0 + config_.half; ++v) products(job, strip, v);
-  for (int v = v0; v < v1; ++v) {
-    products(job, strip, v + config_.half);
-    const float* row = measure(job, strip, v) - strip.m0;  // indexed by column of the image
-    if (v >= job.mean.v0 && v < job.mean.v1 && sum0 < sum1 && clear(job.missing, v, config_.half + 1, job.domain)) {
+  const int half = config_.half, sum0 = std::max(strip.own0, job.mean.u0), sum1 = std::min(strip.own1, job.mean.u1);
+  start();
+  load_pixels(job, strip.pixels, v0 - half - 1);
+  load_pixels(job, strip.pixels, v0 - half);
+  for (int w = v0 - half; w < v1 + half; ++w) {
+    load_pixels(job, strip.pixels, w + 1);
+    multiply(job, strip.products, w);
+    const int v = w - half;  // the row whose products are complete
+    if (v < v0) continue;
+    const float* row = measure(strip) - strip.m0;  // by column of the image
+    if (v >= job.mean.v0 && v < job.mean.v1 && sum0 < sum1 && clear(job.missing, v, half + 1, job.domain)) {
       result.sum += rows::sum(row + sum0, sum1 - sum0);
       result.pixels += sum1 - sum0;
     }
     if (picture != nullptr) std::copy(row + strip.own0, row + strip.own1, picture + static_cast<std::ptrdiff_t>(v - v0) * (u1 - u0) + strip.own0 - u0);
     search(job, strip, v - config_.radius, peaks, result);
   }
-  for (int v = v1 - config_.radius; v < v1; ++v) search(job, strip, v, peaks, result);
-}
-
-/// Row v as float, from column m0 - half - 1 on. Outside the domain as the job says.
-const float* CornerKernel::pixels(const KernelJob& job, const Strip& strip, int v) {
-  const auto slot = static_cast<std::size_t>((v + 3 * kMaxImageSide) % 3);
-  float* out = pixel_[slot].data();
-  if (pixel_row_[slot] == v) return out;
-  pixel_row_[slot] = v;
-  const int first = strip.m0 - config_.half - 1, n = strip.m1 - strip.m0 + 2 * config_.half + 2;
-  const int a = std::clamp(job.domain.u0 - first, 0, n), b = std::clamp(job.domain.u1 - first, 0, n);
-  const bool exists = v >= job.domain.v0 && v < job.domain.v1;
-  if (job.zero_outside && !exists) {
-    std::fill(out, out + n, 0.0F);
-    return out;
-  }
-  read_pixels(job, std::clamp(v, job.domain.v0, job.domain.v1 - 1), first + a, b - a, out + a);
-  std::fill(out, out + a, job.zero_outside ? 0.0F : out[a]);
-  std::fill(out + b, out + n, job.zero_outside ? 0.0F : out[b - 1]);
-  return out;
-}
-
-/// Row v of X^2, Y^2 and XY into its ring, from column m0 - half on; zero outside the domain and beside missing rows.
-void CornerKernel::products(const KernelJob& job, const Strip& strip, int v) {
-  const int taps = 2 * config_.half + 1, first = strip.m0 - config_.half, n = strip.m1 - strip.m0 + 2 * config_.half;
-  Triple& out = product_[static_cast<std::size_t>((v + kMaxImageSide * taps) % taps)];
-  if (v < job.domain.v0 || v >= job.domain.v1 || !clear(job.missing, v, 1, job.domain)) {
-    for (Row& kind : out) std::fill(kind.begin(), kind.begin() + n, 0.0F);
-    return;
-  }
-  rows::products(pixels(job, strip, v - 1), pixels(job, strip, v), pixels(job, strip, v + 1), lanes::round_up(n), out[0].data(),
-                 out[1].data(), out[2].data());
-  const int a = std::clamp(job.domain.u0 - first, 0, n), b = std::clamp(job.domain.u1 - first, 0, n);
-  for (Row& kind : out) {
-    std::fill(kind.begin(), kind.begin() + a, 0.0F);
-    std::fill(kind.begin() + b, kind.begin() + n, 0.0F);
+  for (int v = v1 - config_.radius; v < v1; ++v) {  // below the last row there is nothing
+    std::fill_n(around_ring_.renew(), kRow, kLowest);
+    search(job, strip, v, peaks, result);
   }
 }
 
-/// Row v of the measure and of its largest values along the row. Returns the value at column m0.
-const float* CornerKernel::measure(const KernelJob&, const Strip& strip, int v) {
-  const int taps = 2 * config_.half + 1, ring = 2 * config_.radius + 1, n = strip.m1 - strip.m0, n8 = lanes::round_up(n);
-  const float* row[2 * KernelConfig::kMaxHalf + 1];
-  for (int k = 0; k < taps; ++k)
-    row[k] = product_[static_cast<std::size_t>((v - config_.half + k + kMaxImageSide * taps) % taps)][0].data();
-  const auto slot = static_cast<std::size_t>(v % ring);
-  float* x = measure_[slot].data() + kPad;
-  rows::with_constant<KernelConfig::kMaxHalf>(config_.half, [&]<int Half> {
-    rows::weigh_down<Half>(config_.weight.data(), row, kRow, lanes::round_up(n + 2 * Half), down_[0].data());
-    rows::weigh_across<Half>(config_.weight.data(), down_[0].data(), kRow, config_.eps, n8, x);
-  });
-  std::fill(x + n, x + n8 + 2 * kPad, kLowest);
-  rows::with_constant<KernelConfig::kMaxRadius>(config_.radius, [&]<int Radius> {
-    float* before = before_[slot].data() + kPad;
-    rows::largest_before<Radius>(x, n8 + kPad, before);
-    rows::largest_around<Radius>(x, before, n8, around_[slot].data() + kPad);
-  });
-  return x;
+/// Empty rings: above the first row there is nothing.
+void CornerKernel::start() {
+  const int taps = 2 * config_.half + 1, high = 2 * config_.radius + 1;
+  pixel_ring_.reset(3);
+  product_ring_.reset(taps);
+  around_ring_.reset(high);
+  for (int i = 0; i < 3; ++i) pixel_ring_.set(i, pixel_[static_cast<std::size_t>(i)].data());
+  for (int i = 0; i < taps; ++i) product_ring_.set(i, product_[static_cast<std::size_t>(i)][0].data());
+  for (int i = 0; i < high; ++i) {
+    Measured& row = measured_[static_cast<std::size_t>(i)];
+    std::fill_n(row.value.data(), kPad, kLowest);
+    row.around.fill(kLowest);
+    around_ring_.set(i, row.around.data());
+  }
 }
 
-/// Maxima of row v, whose square is complete.
+/// Row v as float. Outside the domain as the job says.
+void CornerKernel::load_pixels(const KernelJob& job, const Span& span, int v) {
+  float* out = pixel_ring_.renew();
+  const auto& [first, n, begin, end] = span;
+  if (job.zero_outside && (v < job.domain.v0 || v >= job.domain.v1)) return void(std::fill_n(out, n, 0.0F));
+  read_pixels(job, std::clamp(v, job.domain.v0, job.domain.v1 - 1), first + begin, end - begin, out + begin);
+  if (begin == 0 && end == n) return;
+  std::fill(out, out + begin, job.zero_outside ? 0.0F : out[begin]);
+  std::fill(out + end, out + n, job.zero_outside ? 0.0F : out[end - 1]);
+}
+
+/// X^2, Y^2 and XY of row v, the middle one of the pixel ring; zero outside the domain and beside missing rows.
+void CornerKernel::multiply(const KernelJob& job, const Span& span, int v) {
+  float* out = product_ring_.renew();
+  const float* const* row = pixel_ring_.window();
+  const auto& [first, n, begin, end] = span;
+  const bool exists = v >= job.domain.v0 && v < job.domain.v1 && clear(job.missing, v, 1, job.domain);
+  if (exists) rows::products(row[0], row[1], row[2], lanes::round_up(n), out, out + kRow, out + 2 * kRow);
+  if (exists && begin == 0 && end == n) return;
+  for (float* kind : {out, out + kRow, out + 2 * kRow}) {
+    std::fill(kind, kind + (exists ? begin : n), 0.0F);
+    std::fill(kind + (exists ? end : n), kind + n, 0.0F);
+  }
+}
+
+/// The measure of the middle row of the product ring and its largest values along the row. Returns the value at column m0.
+const float* CornerKernel::measure(const Strip& strip) {
+  float* around = around_ring_.renew() + kPad;
+  float* value = around - kRow;
+  const int n = lanes::round_up(strip.columns);
+  loops_.down(config_.weight.data(), product_ring_.window(), lanes::round_up(strip.products.n), down_[0].data());
+  loops_.across(config_.weight.data(), down_[0].data(), config_.eps, n, value);
+  std::fill_n(value + strip.columns, 2 * kPad, kLowest);
+  loops_.around(value, n, around);
+  return value;
+}
+
+/// Maxima of row v, the middle one of the measure's ring.
 void CornerKernel::search(const KernelJob& job, const Strip& strip, int v, std::span<Peak> peaks, KernelResult& result) {
-  const int begin = std::max(strip.own0, job.search.u0), end = std::min(strip.own1, job.search.u1);
+  const int begin = std::max(strip.own0, job.search.u0), end = std::min(strip.own1, job.search.u1), shift = kPad - strip.m0;
   if (v < job.search.v0 || v >= job.search.v1 || begin >= end || !clear(job.missing, v, config_.half + 1, job.domain)) return;
-  const int ring = 2 * config_.radius + 1;
-  const float* around[2 * KernelConfig::kMaxRadius + 1];
-  for (int k = 0; k < ring; ++k) {
-    const int w = v - config_.radius + k;
-    const bool exists = w >= job.measure.v0 && w < job.measure.v1;
-    around[k] = (exists ? around_[static_cast<std::size_t>(w % ring)] : lowest_).data();
+  const float* const* around = around_ring_.window();
+  const float* value = around[config_.radius] - kRow;
+  const int n = loops_.maxima(value, around, begin + shift, end + shift, hits_.data());
+  for (int k = 0; k < n; ++k) {
+    const int i = hits_[static_cast<std::size_t>(k)];
+    if (result.peaks == peaks.size()) ++result.lost;
+    else peaks[result.peaks++] = {value[i], static_cast<std::uint16_t>(i - shift), static_cast<std::uint16_t>(v)};
   }
-  const auto slot = static_cast<std::size_t>(v % ring);
-  const int shift = kPad - strip.m0;
-  rows::with_constant<KernelConfig::kMaxRadius>(config_.radius, [&]<int Radius> {
-    rows::maxima<Radius>(measure_[slot].data(), before_[slot].data(), around, begin + shift, end + shift, [&](int i) {
-      if (result.peaks == peaks.size()) return void(++result.lost);
-      peaks[result.peaks++] = {measure_[slot][static_cast<std::size_t>(i)], static_cast<std::uint16_t>(i - shift), static_cast<std::uint16_t>(v)};
-    });
-  });
 }
 
 }  // namespace cyclops

@@ -6,6 +6,7 @@
 /// The rectangle is cut into strips of kStrip columns. For each row of a strip: pixels become float, products X^2 Y^2 XY
 /// go into a ring of as many rows as w is high, the ring is weighted down, then across, Noble's measure goes into a ring of
 /// 2 r + 1 rows, and a row that has its r neighbours below is searched for maxima. All of it stays in the nearest cache.
+/// Products come first down and then across, so that the rows of a small box pay for no more than their own height.
 ///
 /// Frames   raw pixels. Units: counts of the image; Rc in counts^2.
 /// Memory   scratch inside, about 90 KiB; no heap. Threads: one at a time.
@@ -73,33 +74,67 @@ class CornerKernel {
   KernelResult run(const KernelJob& job, std::span<Peak> peaks, float* picture = nullptr);
 
   static constexpr int kStrip = 192;  ///< columns
-  /// Rows are kept `kPad` floats in: room for the square to the left of the first column.
-  static constexpr int kPad = 8;
-  static constexpr int kRow = kStrip + 2 * KernelConfig::kMaxRadius + 2 * KernelConfig::kMaxHalf + 2 + 2 * kPad + 12;
-  static_assert(kRow % 8 == 0);
+  static constexpr int kPad = 8;      ///< floats before the first column of a row of the measure: room for the square
+  static constexpr int kRow = kStrip + 2 * (KernelConfig::kMaxRadius + KernelConfig::kMaxHalf + 1) + 4 * kPad - 4;
 
  private:
   using Row = std::array<float, kRow>;
   using Triple = std::array<Row, 3>;  ///< X^2, Y^2, XY or their weighted sums
-  /// Columns m0..m1-1 of the measure are computed, of which own0..own1-1 belong to no other strip.
-  struct Strip {
-    int own0, own1, m0, m1;
+  struct Measured {
+    Row value;   ///< Rc, the lowest float where there is none
+    Row around;  ///< largest of the 2 r + 1 values around
   };
+  /// Rows that are used again and again: each stands twice in the table, so that any n in a row are a window into it.
+  template <int Max>
+  class Ring {
+   public:
+    void reset(int n) { n_ = n, first_ = 0; }
+    void set(int i, float* row) { row_[static_cast<std::size_t>(i)] = row_[static_cast<std::size_t>(i + n_)] = row; }
+    float* renew() {  ///< the oldest row becomes the newest
+      float* row = row_[static_cast<std::size_t>(first_)];
+      first_ = first_ + 1 == n_ ? 0 : first_ + 1;
+      return row;
+    }
+    [[nodiscard]] float* const* window() const { return row_.data() + first_; }  ///< oldest first
+   private:
+    std::array<float*, 2 * Max> row_{};
+    int n_{Max}, first_{0};
+  };
+  /// The inner loops for this half width and radius; see corner_rows.hpp.
+  struct Loops {
+    void (*down)(const float* weight, const float* const* rows, int n, float* out);
+    void (*across)(const float* weight, const float* in, float eps, int n, float* out);
+    void (*around)(const float* value, int n, float* out);
+    int (*maxima)(const float* value, const float* const* around, int begin, int end, int* found);
+  };
+  /// Columns [begin, end) of a buffer lie in the domain, of n that are filled.
+  struct Span {
+    int first, n, begin, end;  ///< `first`: column of the image at index 0
+  };
+  struct Strip {
+    int own0, own1;          ///< columns that belong to no other strip
+    int m0, columns;         ///< columns m0..m0+columns-1 of the measure are computed
+    Span pixels, products;
+  };
+  [[nodiscard]] Strip strip_at(const KernelJob& job, int u) const;
+  void start();
   void run_strip(const KernelJob& job, const Strip& strip, std::span<Peak> peaks, float* picture, KernelResult& result);
-  const float* pixels(const KernelJob& job, const Strip& strip, int v);
-  void products(const KernelJob& job, const Strip& strip, int v);
-  const float* measure(const KernelJob& job, const Strip& strip, int v);
+  void load_pixels(const KernelJob& job, const Span& span, int v);
+  void multiply(const KernelJob& job, const Span& span, int v);
+  const float* measure(const Strip& strip);
   void search(const KernelJob& job, const Strip& strip, int v, std::span<Peak> peaks, KernelResult& result);
 
+  static constexpr int kTaps = 2 * KernelConfig::kMaxHalf + 1, kHigh = 2 * KernelConfig::kMaxRadius + 1;
   KernelConfig config_;
+  Loops loops_;
+  Ring<3> pixel_ring_;
+  Ring<kTaps> product_ring_;
+  Ring<kHigh> around_ring_;  ///< of Measured::around; the values lie kRow before
   alignas(64) std::array<Row, 3> pixel_{};
-  std::array<int, 3> pixel_row_{};  ///< which row of the image each holds
-  alignas(64) std::array<Triple, 2 * KernelConfig::kMaxHalf + 1> product_{};
+  alignas(64) std::array<Triple, kTaps> product_{};
   alignas(64) Triple down_{};
-  alignas(64) std::array<Row, 2 * KernelConfig::kMaxRadius + 1> measure_{};
-  alignas(64) std::array<Row, 2 * KernelConfig::kMaxRadius + 1> before_{};  ///< largest of the r to the left
-  alignas(64) std::array<Row, 2 * KernelConfig::kMaxRadius + 1> around_{};  ///< largest of the 2 r + 1 around
-  alignas(64) Row lowest_{};
+  alignas(64) std::array<Measured, kHigh> measured_{};
+  std::array<int, kStrip + kPad> hits_{};
 };
 
 }  // namespace cyclops

@@ -43,30 +43,41 @@ inline void products(const float* __restrict up, const float* __restrict mid, co
 
 /// w along a row or across rows: the centre, then pairs outwards. `at(k)` is the vector k steps from the centre.
 template <int Half, class At>
-inline F8 weighted(const float* weight, At&& at) {
-  F8 sum = lanes::all(weight[0]) * at(0);
-  for (int k = 1; k <= Half; ++k) sum += lanes::all(weight[k]) * (at(-k) + at(k));
+inline F8 weighted(const F8* weight, At&& at) {
+  F8 sum = weight[0] * at(0);
+  for (int k = 1; k <= Half; ++k) sum += weight[k] * (at(-k) + at(k));
   return sum;
 }
 
-/// Products of 2 Half + 1 rows, `row[Half]` in the middle; the three kinds lie `stride` floats apart.
 template <int Half>
-void weigh_down(const float* weight, const float* const* row, int stride, int n, float* __restrict out) {
+struct Weights {
+  explicit Weights(const float* weight) {
+    for (int k = 0; k <= Half; ++k) w[k] = lanes::all(weight[k]);
+  }
+  F8 w[Half + 1];
+};
+
+/// Products of 2 Half + 1 rows, oldest first; the three kinds lie kRow floats apart.
+template <int Half>
+void weigh_down(const float* weight, const float* const* rows, int n, float* __restrict out) {
+  constexpr int kKind = CornerKernel::kRow;
+  const Weights<Half> g(weight);
   const float* r[2 * Half + 1];
-  for (int k = 0; k <= 2 * Half; ++k) r[k] = row[k];
+  for (int k = 0; k <= 2 * Half; ++k) r[k] = rows[k];
   for (int i = 0; i < n; i += kLanes)
     for (int kind = 0; kind < 3; ++kind)
-      store(out + kind * stride + i, weighted<Half>(weight, [&](int k) { return load(r[Half + k] + kind * stride + i); }));
+      store(out + kind * kKind + i, weighted<Half>(g.w, [&](int k) { return load(r[Half + k] + kind * kKind + i); }));
 }
 
 /// Across the row, then Noble's measure. Column i of the output is column i + Half of the input.
 template <int Half>
-void weigh_across(const float* weight, const float* __restrict in, int stride, float eps, int n, float* __restrict out) {
+void weigh_across(const float* weight, const float* __restrict in, float eps, int n, float* __restrict out) {
+  constexpr int kKind = CornerKernel::kRow;
+  const Weights<Half> g(weight);
   for (int i = 0; i < n; i += kLanes) {
-    F8 s[3];
-    for (int kind = 0; kind < 3; ++kind)
-      s[kind] = weighted<Half>(weight, [&](int k) { return load(in + kind * stride + i + Half + k); });
-    store(out + i, (s[0] * s[1] - s[2] * s[2]) / (s[0] + s[1] + lanes::all(eps)));
+    const auto across = [&](int kind) { return weighted<Half>(g.w, [&](int k) { return load(in + kind * kKind + i + Half + k); }); };
+    const F8 a = across(0), b = across(1), c = across(2);
+    store(out + i, (a * b - c * c) / (a + b + lanes::all(eps)));
   }
 }
 
@@ -79,48 +90,43 @@ inline double sum(const float* p, int n) {
   return static_cast<double>(rest);
 }
 
-/// before[i] = largest of x[i - Radius .. i - 1]
+/// Largest of the Radius values before index i.
 template <int Radius>
-void largest_before(const float* __restrict x, int n, float* __restrict before) {
+inline F8 largest_before(const float* x, int i) {
+  F8 m = load(x + i - 1);
+  for (int k = 2; k <= Radius; ++k) m = larger(m, load(x + i - k));
+  return m;
+}
+
+/// out[i] = largest of x[i - Radius .. i + Radius]
+template <int Radius>
+void largest_around(const float* __restrict x, int n, float* __restrict out) {
   for (int i = 0; i < n; i += kLanes) {
-    F8 m = load(x + i - 1);
-    for (int k = 2; k <= Radius; ++k) m = larger(m, load(x + i - k));
-    store(before + i, m);
+    F8 m = larger(largest_before<Radius>(x, i), load(x + i));
+    for (int k = 1; k <= Radius; ++k) m = larger(m, load(x + i + k));
+    store(out + i, m);
   }
 }
 
-/// around[i] = largest of x[i - Radius .. i + Radius]
+/// Writes each i in [begin, end) where x is larger than everything before it in its square, rows above first, and no smaller
+/// than everything after it; returns how many. `around`: largest_around of 2 Radius + 1 rows, x's own in the middle.
 template <int Radius>
-void largest_around(const float* __restrict x, const float* __restrict before, int n, float* __restrict around) {
-  for (int i = 0; i < n; i += kLanes) store(around + i, larger(larger(load(before + i), load(before + i + Radius + 1)), load(x + i)));
-}
-
-/// Calls found(i) for each i in [begin, end) where x is larger than everything before it in its square, rows above first,
-/// and no smaller than everything after it. `around[Radius]` is not looked at: that is x's own row.
-template <int Radius, class Found>
-void maxima(const float* x, const float* before, const float* const* around, int begin, int end, Found&& found) {
+int maxima(const float* x, const float* const* around, int begin, int end, int* __restrict found) {
   const float* a[2 * Radius + 1];
   for (int k = 0; k <= 2 * Radius; ++k) a[k] = around[k];
+  int n = 0;
   for (int i = begin; i < end; i += kLanes) {
-    F8 earlier = load(before + i), later = load(before + i + Radius + 1);
+    F8 earlier = largest_before<Radius>(x, i), later = load(a[Radius] + i);
     for (int k = 0; k < Radius; ++k) {
       earlier = larger(earlier, load(a[k] + i));
       later = larger(later, load(a[Radius + 1 + k] + i));
     }
     const F8 centre = load(x + i);
-    unsigned hits = lanes::bits((centre > earlier) & (centre >= later));
-    if (end - i < kLanes) hits &= (1U << (end - i)) - 1;
-    for (; hits != 0; hits &= hits - 1) found(i + __builtin_ctz(hits));
+    for (unsigned hits = lanes::bits((centre > earlier) & (centre >= later)); hits != 0; hits &= hits - 1)
+      found[n++] = i + __builtin_ctz(hits);
   }
-}
-
-/// Calls f.template operator()<N>() for the run-time n in 1..Max.
-template <int Max, class F>
-void with_constant(int n, F&& f) {
-  if constexpr (Max > 0) {
-    if (n == Max) return f.template operator()<Max>();
-    with_constant<Max - 1>(n, f);
-  }
+  while (n > 0 && found[n - 1] >= end) --n;
+  return n;
 }
 
 }  // namespace cyclops::rows

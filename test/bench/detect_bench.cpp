@@ -145,5 +145,12 @@ BENCH(subpixel) {
   noise.run();
 }
 
+/// One pass each, for test/bench/callgrind.sh, which divides the instructions by these pixels.
+BENCH(once_full) { kernel_alone(scene(CV_8U), boxes_of(0), 7)(); }
+BENCH(once_full_16) { kernel_alone(scene(CV_16U), boxes_of(0), 7)(); }
+BENCH(once_boxes) { kernel_alone(scene(CV_8U), boxes_of(28), 7)(); }
+BENCH(once_boxes_16) { kernel_alone(scene(CV_16U), boxes_of(28), 7)(); }
+BENCH(once_boxes_9) { kernel_alone(scene(CV_8U), boxes_of(28), 9)(); }
+
 }  // namespace
 }  // namespace cyclops
