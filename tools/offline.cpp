@@ -10,7 +10,6 @@
 #include "record/flight.hpp"
 #include "service/front.hpp"
 #include "service/publisher.hpp"
-#include "service/rig_setup.hpp"
 
 namespace cyclops::tools {
 namespace {
@@ -19,7 +18,7 @@ class Run {
  public:
   Run(FlightReader flight, const Rig& rig, const Profile& profile, MessageSink& sink)
       : flight_(std::move(flight)),
-        front_(stamper_config(rig), {}, profile.nav, nav_rig(rig)),
+        front_(rig.stamper, rig.gps, profile.nav, rig.nav),
         chain_(rig, profile),
         publisher_(rig, sink),
         out_(std::make_unique<FrameOutput>()) {}
@@ -77,7 +76,7 @@ class Run {
       CYCLOPS_TRY(flight_.frame(static_cast<std::int64_t>(ready.token), memory_, pixels));
       const bool seen = ready.frame.status != FrameStatus::kMissing;
       chain_.step(ready, seen ? pixels.image : ImageView{}, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
-      publisher_.frame(*out_, front_.gps().to_gps(ready.frame.t_mid), {});
+      publisher_.frame(*out_, front_.gps_time(ready.frame.t_mid), {});
       ++result_.frames_out;
       for (std::size_t s = 0; s < kStages; ++s) result_.stage[s].add(out_->stage_time[s]);
       result_.chain.add(out_->chain_time);

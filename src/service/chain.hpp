@@ -10,7 +10,7 @@
 #include "msg/frame.hpp"
 #include "nav/frame_aligner.hpp"
 #include "publish/measure.hpp"
-#include "record/rig.hpp"
+#include "service/rig.hpp"
 #include "segment/segment.hpp"
 #include "service/profile.hpp"
 #include "track/tracker.hpp"

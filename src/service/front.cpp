@@ -15,18 +15,33 @@ void Front::push(const StrobeEdge& edge) {
   move_stamped();
 }
 
-void Front::push(const TimeMark& mark) {
-  gps_.on_mark(mark);
-  for (const TspiReport& report : early_)
-    if (const auto t = gps_.to_service(report.t_gps)) use(report, *t);
-  early_.clear();
+bool Front::push(const TimeMark& mark) {
+  const bool changed = gps_.on_mark(mark);
+  use_early();
+  return changed;
 }
 
 void Front::push(const TspiReport& report, Time arrival) {
-  gps_.on_tspi_arrival(report.t_gps, arrival);
-  if (const auto t = gps_.to_service(report.t_gps)) use(report, *t);
-  else if (early_.try_push_back(report)) ++counters_.tspi_before_clock;
-  else ++counters_.tspi_without_clock;
+  gps_.on_arrival(arrival, report.t_gps);
+  if (gps_.valid()) {
+    use_early();
+    use(report);
+  } else if (early_.try_push_back(report)) {
+    ++counters_.tspi_before_clock;
+  } else {
+    ++counters_.tspi_without_clock;
+  }
+}
+
+void Front::use_early() {
+  if (!gps_.valid()) return;
+  for (const TspiReport& report : early_) use(report);
+  early_.clear();
+}
+
+std::optional<GpsTime> Front::gps_time(Time t) const {
+  if (!gps_.valid()) return std::nullopt;
+  return gps_.to_gps(t);
 }
 
 bool Front::push(const FrameInfo& frame, std::uint64_t token) {
@@ -50,7 +65,7 @@ bool Front::pop(AlignedFrame& out) {
 
 std::size_t Front::waiting() const { return static_cast<std::size_t>(in_ - out_); }
 
-void Front::use(const TspiReport& report, Time t) { aligner_.push(state_from_report(report, t)); }
+void Front::use(const TspiReport& report) { aligner_.push(state_from_report(report, gps_.to_service(report.t_gps))); }
 
 void Front::move_stamped() {
   FrameInfo frame;

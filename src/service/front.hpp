@@ -26,7 +26,7 @@ class Front {
 
   void restart(Time start);                       ///< acquisition begins anew
   void push(const StrobeEdge& edge);
-  void push(const TimeMark& mark);
+  bool push(const TimeMark& mark);                ///< true: the mapping of GPS time changed
   /// `arrival`: when the report came, service clock; used only while there is no time mark.
   void push(const TspiReport& report, Time arrival);
   /// `token` names the caller's pixels. False: not taken, the caller must pop first.
@@ -35,13 +35,15 @@ class Front {
   [[nodiscard]] bool pop(AlignedFrame& out);
 
   [[nodiscard]] std::size_t waiting() const;
+  [[nodiscard]] std::optional<GpsTime> gps_time(Time t) const;
   [[nodiscard]] const FrameStamper& stamper() const { return stamper_; }
   [[nodiscard]] const FrameAligner& aligner() const { return aligner_; }
   [[nodiscard]] const GpsClock& gps() const { return gps_; }
   [[nodiscard]] const FrontCounters& counters() const { return counters_; }
 
  private:
-  void use(const TspiReport& report, Time t);
+  void use(const TspiReport& report);
+  void use_early();
   void move_stamped();
 
   FrameStamper stamper_;

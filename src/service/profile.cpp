@@ -4,6 +4,18 @@
 
 namespace cyclops {
 
+Profile::Profile() {
+  segment.buffer_px = 20;
+  segment.link_px = 41;
+  detect.gaussian_sigma_px = 1.5;
+  detect.gaussian_size = 9;
+  associate.gate = Gate::kMahalanobis;
+  associate.max_gate_px = 2.5;
+  associate.model_sigma_px = 0.7;
+  track.blending = Blending::kNavWins;
+  publish.max_nis = 9.21;
+}
+
 Result<Profile> Profile::load(const std::string& path) {
   auto file = ConfigFile::load(path);
   if (!file.ok()) return file.error();

@@ -14,7 +14,9 @@
 
 namespace cyclops {
 
+/// The built-in profile; config/default.toml says the same, and a test holds them together.
 struct Profile {
+  Profile();
   std::string name{"built-in default"};
   NavConfig nav{};
   EstimateConfig estimate{};

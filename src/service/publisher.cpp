@@ -9,7 +9,7 @@ void Publisher::frame(const FrameOutput& out, std::optional<GpsTime> t_mid_gps, 
   const Time t = info.t_mid;
   FrameIndex index;
   index.info = info;
-  index.format = rig_.pixel_format;
+  index.format = rig_.device.format;
   index.width = rig_.camera.intrinsics().width;
   index.height = rig_.camera.intrinsics().height;
   index.thumbnail_jpeg = thumbnail;

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "record/rig.hpp"
+#include "service/rig.hpp"
 #include "service/chain.hpp"
 #include "service/sink.hpp"
 #include "timesync/gps_clock.hpp"

@@ -1,5 +1,6 @@
-#include "record/rig.hpp"
+#include "service/rig.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cyclops {
@@ -16,12 +17,12 @@ void read_vector(ConfigTable& table, const char* key, Vec3& out) {
 
 void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& windscreen) {
   Intrinsics k;
-  t.read("address", rig.address);
+  t.read("address", rig.device.address);
   t.read_in("width_px", 16, kMaxImageSide, k.width);
   t.read_in("height_px", 16, kMaxImageSide, k.height);
-  t.read_enum("pixel_format", {"mono8", "mono10", "mono12", "mono16"}, rig.pixel_format);
-  t.read_in("frame_rate_hz", 0.1, 1000.0, rig.frame_rate_hz);
-  t.read_in("exposure_us", 1.0, 1e6, rig.exposure_us);
+  t.read_enum("pixel_format", {"mono8", "mono10", "mono12", "mono16"}, rig.device.format);
+  t.read_in("frame_rate_hz", 0.1, 1000.0, rig.device.frame_rate_hz);
+  t.read_in("exposure_us", 1.0, 1e6, rig.device.exposure_us);
   double pitch_um = k.pitch_m * 1e6, focal_mm = 0;
   t.read_in("pitch_um", 0.1, 1000.0, pitch_um);
   k.pitch_m = pitch_um * 1e-6;
@@ -43,6 +44,8 @@ void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& w
   t.read_in("k3", -1000.0, 1000.0, k.k3);
   t.read("windscreen", windscreen);
   if (!windscreen.empty()) windscreen = file.resolve(windscreen);
+  rig.device.width_px = k.width;
+  rig.device.height_px = k.height;
   rig.camera = Camera(k, {});
 }
 
@@ -57,20 +60,13 @@ void read_mount(ConfigTable t, Rig& rig) {
   rig.boresight_sigma_rad = sigma * kDeg;
 }
 
-void read_strobe(ConfigTable t, Rig& rig) {
-  t.read_enum("source", {"none", "socket", "gpio"}, rig.strobe);
-  t.read("socket", rig.strobe_socket);
-  t.read("chip", rig.strobe_chip);
-  int number = -1;
-  if (t.has("line")) {
-    t.read_in("line", 0, 1023, number);
-    rig.strobe_line = std::to_string(number);
-  }
-  if (t.has("line_name")) t.read("line_name", rig.strobe_line);
-  int edge = 0;
-  t.read_choice("edge", {"rising", "falling"}, edge);
-  rig.strobe_rising = edge == 0;
-  t.read_in("delay_us", -1e5, 1e5, rig.strobe_delay_us);
+/// What timesync needs from the tables of the camera and the strobe.
+void complete(Rig& rig) {
+  FrameStamperConfig& c = rig.stamper;
+  c.period = rig.device.period();
+  c.edge_delay = rig.strobe.delay;
+  c.rising = rig.strobe.rising;
+  c.residual_max = std::min(c.residual_max, c.period / 8);
 }
 
 }  // namespace
@@ -90,16 +86,19 @@ Result<Rig> Rig::load(const std::string& path) {
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   read_vector(tanker, "ins", ins);
-  read_strobe(root.table("strobe"), rig);
-  ConfigTable time = root.table("time");
-  int ids = 0;
-  time.read_in("transport_max_ms", 0.0, 10000.0, rig.transport_max_ms);
-  time.read_choice("block_ids", {"64 bit", "16 bit"}, ids);
-  rig.block_ids_16_bit = ids == 1;
-  ConfigTable tspi = root.table("tspi");
-  read_vector(tspi, "receiver_ins_m", rig.receiver_ins_from_tspi_m);
-  read_vector(tspi, "tanker_ins_m", rig.tanker_ins_from_tspi_m);
+  ConfigTable strobe = root.table("strobe"), time = root.table("time"), tspi = root.table("tspi");
+  const auto take = [](auto result, auto& out) -> Result<> {
+    if (!result.ok()) return result.error();
+    out = *result;
+    return Ok{};
+  };
+  CYCLOPS_TRY(take(StrobeConfig::read(strobe), rig.strobe));
+  CYCLOPS_TRY(take(FrameStamperConfig::read(time), rig.stamper));
+  CYCLOPS_TRY(take(GpsClockConfig::read(time), rig.gps));
+  CYCLOPS_TRY(take(NavRig::read(tspi), rig.nav));
+  complete(rig);
   CYCLOPS_TRY(file->finish());
+  CYCLOPS_TRY(rig.stamper.validated());
   auto loaded = TankerModel::load(file->resolve(model), unit_choice == 0 ? 0.0254 : 1.0, ins);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();

@@ -1,0 +1,33 @@
+#pragma once
+/// The rig: camera, mount, tanker, strobe and clocks of one installation, from rig.toml (docs/architecture.md).
+#include <string>
+
+#include "base/config.hpp"
+#include "capture/camera_config.hpp"
+#include "capture/strobe_source.hpp"
+#include "geometry/camera.hpp"
+#include "geometry/tanker_model.hpp"
+#include "msg/frame.hpp"
+#include "nav/nav_config.hpp"
+#include "timesync/frame_stamper.hpp"
+#include "timesync/gps_clock.hpp"
+
+namespace cyclops {
+
+struct Rig {
+  std::string path;                    ///< of the file
+  CameraConfig device{};               ///< the camera as a device
+  Camera camera{};                     ///< the camera as optics
+  MountAngles mount_angles{};
+  Point<frame::R> lens{};              ///< lens centre relative to the receiver's INS, m
+  double boresight_sigma_rad{0};
+  TankerModel tanker{};
+  StrobeConfig strobe{};
+  FrameStamperConfig stamper{};
+  GpsClockConfig gps{};
+  NavRig nav{};
+
+  static Result<Rig> load(const std::string& path);
+};
+
+}  // namespace cyclops
