@@ -88,8 +88,8 @@ class Simulation {
     out_.frames.push_back(r);
   }
   void pause() {
-    t_ = t_ + s_.period * 3 + uniform(s_.period * 10);
-    if (!out_.frames.empty()) t_ = std::max(t_, out_.frames.back().ready + s_.period * 3);
+    t_ = t_ + s_.period * 3 + uniform(s_.period * 10);   // the line is quiet
+    if (!out_.frames.empty()) t_ = std::max(t_, out_.frames.back().ready + s_.period * 6);
     id_ = s_.first_id;
     tick_zero_ = t_ - Duration{1'000'000} - uniform(Duration{2'000'000'000});
     tick_step_ = {};
