@@ -8,6 +8,8 @@ namespace cyclops {
 namespace {
 
 constexpr int kBesideInARow = 5;
+constexpr int kLateInARow = 4;
+constexpr double kLate = 0.7;                 // later than usual by this part of a period
 constexpr double kQuiet = 0.3;                // spread of arrival - tick, part of the period
 constexpr std::int64_t kStartReaches = 500;   // periods over which the number of the first frame can be extrapolated
 
@@ -27,7 +29,10 @@ void FrameStamper::run() {
 
 // Waiting is bounded; once it was in vain, later frames do not wait at all until an edge comes.
 bool FrameStamper::may_wait() {
-  if (waiting_.size() >= static_cast<std::size_t>(config_.max_wait_frames)) starved_ = true;
+  if (!starved_ && waiting_.size() >= static_cast<std::size_t>(config_.max_wait_frames)) {
+    starved_ = true;
+    ++counters_.starved;
+  }
   return !starved_ && !flushing_;
 }
 
@@ -35,6 +40,7 @@ bool FrameStamper::follow() {
   const Entry f = waiting_.front();
   if (f.number == 0) { give_up_front(); return true; }
   if (const auto cause = contradiction(f)) { unlock(*cause); return true; }
+  if (late_in_a_row_ >= kLateInARow) { unlock(LockLoss::kLateArrival); return true; }
   const Search found = find_edge(f);
   if (!found.edge && !found.complete && may_wait()) return false;
   if (found.edge && !counts_agree(f, *found.edge)) { unlock(LockLoss::kCount); return true; }
@@ -50,7 +56,7 @@ std::optional<LockLoss> FrameStamper::contradiction(const Entry& f) const {
   if (f.number <= last_frame_.number) return LockLoss::kNumberBack;
   const double steps = static_cast<double>(f.number - last_frame_.number);
   const double off = static_cast<double>(f.info.camera_tick_ns - last_frame_.tick_ns) - steps * period_ns_;
-  if (std::abs(off) > period_ns_ * (0.125 + 1e-3 * steps)) return LockLoss::kTickStep;
+  if (std::abs(off) > 2 * static_cast<double>(config_.residual_max.ns) + 1e-3 * steps * period_ns_) return LockLoss::kTickStep;
   const Time exposed = line_.at(f.info.camera_tick_ns) - config_.edge_delay + f.info.exposure;
   if (f.info.t_arrival.ns != 0 && f.info.t_arrival < exposed - config_.arrival_slack) return LockLoss::kEarlyArrival;
   return std::nullopt;
@@ -127,7 +133,7 @@ bool FrameStamper::acquire() {
     give_up_front();
     return true;
   }
-  const Duration period = quiet_period(frames, kQuiet);
+  const Duration period = quiet_period(frames, kQuiet, config_.residual_max);
   const bool edges_seen = !edges_.empty() && edges_.back().t > frames.back().arrival;
   if (period.ns > 0 && !edges_seen && may_wait()) return false;
   LockCandidates found;
@@ -154,6 +160,7 @@ const LockCandidate* FrameStamper::choose(const LockCandidates& found, std::span
     ++counters_.ambiguous;
     return nullptr;
   }
+  if (doubt_ && std::llabs((found[0].edge_minus_tick - *doubt_).ns) >= period.ns / 4) { ++counters_.doubtful; return nullptr; }
   if (gap && config_.first_frame_id != 0) {
     if (after_first_edge(found[0]).ns > period.ns / 4) { start_refused_ = true; ++counters_.start_refused; return nullptr; }
     if (after_first_edge(found[0]).ns < -period.ns / 4) ++counters_.first_edges_lost;
@@ -165,35 +172,29 @@ void FrameStamper::lock(const LockCandidate& chosen, std::span<const LockFrame> 
   line_.clear_pairs();
   locked_ = true;
   start_known_ = false;
-  beside_in_a_row_ = 0;
+  doubt_.reset();
+  beside_in_a_row_ = late_in_a_row_ = 0;
   period_ns_ = static_cast<double>(period.ns);
   last_frame_ = {frames.front().number - 1, frames.front().tick_ns - period.ns, {}};
   ++counters_.lock_count;
   for (std::size_t j = 0; j < frames.size(); ++j)
-    if (chosen.edge[j] != kNoEdge) line_.add(frames[j].tick_ns, edges_[chosen.edge[j]].t);
+    line_.add(frames[j].tick_ns, edges_[chosen.edge[j]].t);
   for (std::size_t j = 0; j < frames.size();) {
     const Entry f = waiting_.front();
     if (f.number == 0) { give_up_front(); continue; }
     waiting_.pop_front();
-    if (chosen.edge[j] != kNoEdge) {
-      next_edge_ = std::max(next_edge_, chosen.edge[j] + 1);
-      last_pair_ = {f.number, f.info.camera_tick_ns, edges_[chosen.edge[j]].t};
-      emit_edge(f, last_pair_.edge);
-    } else {
-      ++counters_.no_edge_lost;
-      emit_tick(f, {});
-    }
-    ++j;
+    last_pair_ = {f.number, f.info.camera_tick_ns, edges_[chosen.edge[j++]].t};
+    emit_edge(f, last_pair_.edge);
   }
+  next_edge_ = std::max(next_edge_, chosen.edge[frames.size() - 1] + 1);
 }
 
 void FrameStamper::unlock(LockLoss cause) {
   locked_ = false;
   ++counters_.lock_loss[static_cast<std::size_t>(cause)];
+  if (cause == LockLoss::kLateArrival) doubt_ = Duration{line_.at(last_frame_.tick_ns).ns - last_frame_.tick_ns};
   line_.clear_pairs();
-  if (cause != LockLoss::kNumberBack) return;
-  line_.clear();
-  start_refused_ = false;
+  if (cause == LockLoss::kNumberBack) line_.clear();
 }
 
 // --- results -----------------------------------------------------------------------------------------------------
@@ -205,9 +206,19 @@ void FrameStamper::confirm(const Entry& f, Time edge) {
   last_pair_ = {f.number, f.info.camera_tick_ns, edge};
   line_.add(f.info.camera_tick_ns, edge);
   beside_in_a_row_ = 0;
+}
+
+// A wrong number that edges and camera clock both agree on (the camera left out an id just when its clock jumped by a period)
+// shows in the arrivals alone: several in a row, evenly late by about a period. A stalled host is late unevenly.
+void FrameStamper::note_arrival(const Entry& f, Time edge) {
+  if (f.info.t_arrival.ns == 0) return;
   const double transport = static_cast<double>((f.info.t_arrival - (edge - config_.edge_delay) - f.info.exposure).ns);
-  if (f.info.t_arrival.ns == 0 || transport > static_cast<double>(config_.transport_max.ns)) return;
-  transport_ns_ = transport_ns_ ? *transport_ns_ + (transport - *transport_ns_) / 16 : transport;
+  if (transport <= static_cast<double>(config_.transport_max.ns))
+    transport_ns_ = transport_ns_ ? *transport_ns_ + (transport - *transport_ns_) / 16 : transport;
+  const bool late = transport_ns_ && transport > *transport_ns_ + kLate * period_ns_;
+  const bool even = late_in_a_row_ > 0 && std::abs(transport - late_ns_) <= kQuiet * period_ns_;
+  if (!even) late_ns_ = transport;
+  late_in_a_row_ = !late ? 0 : even ? late_in_a_row_ + 1 : 1;
 }
 
 Time FrameStamper::mid(const Entry& f, Time edge) const { return edge - config_.edge_delay + f.info.exposure / 2; }
@@ -215,6 +226,7 @@ Time FrameStamper::mid(const Entry& f, Time edge) const { return edge - config_.
 void FrameStamper::emit_edge(const Entry& f, Time edge) {
   ++counters_.matched;
   last_frame_ = {f.number, f.info.camera_tick_ns, edge};
+  note_arrival(f, edge);
   const Duration rms{std::llround(line_.rms_ns())};
   emit(f, mid(f, edge), std::max(config_.edge_sigma, rms), TimeSource::kStrobe);
 }
@@ -222,6 +234,7 @@ void FrameStamper::emit_edge(const Entry& f, Time edge) {
 void FrameStamper::emit_tick(const Entry& f, Duration least_sigma) {
   const Time edge = line_.at(f.info.camera_tick_ns);
   last_frame_ = {f.number, f.info.camera_tick_ns, edge};
+  note_arrival(f, edge);
   const Duration sigma = std::max(config_.edge_sigma, line_.sigma_at(f.info.camera_tick_ns) + Duration{std::llround(line_.rms_ns())});
   emit(f, mid(f, edge), std::max(sigma, least_sigma), TimeSource::kCameraTick);
 }
@@ -229,6 +242,11 @@ void FrameStamper::emit_tick(const Entry& f, Duration least_sigma) {
 void FrameStamper::give_up_front() {
   const Entry f = waiting_.front();
   waiting_.pop_front();
+  if (f.number != 0 && f.number <= last_frame_.number) {   // numbers started afresh while there was no lock
+    doubt_.reset();
+    start_refused_ = start_known_ = false;
+  }
+  if (f.number != 0) last_frame_.number = f.number;
   emit_arrival(f);
 }
 
@@ -236,7 +254,8 @@ void FrameStamper::emit_arrival(const Entry& f) {
   if (f.info.t_arrival.ns == 0) return emit(f, Time{}, Duration{}, TimeSource::kUnknown);
   const double half = static_cast<double>(config_.transport_max.ns) / 2;
   const Duration transport{std::llround(transport_ns_.value_or(half))};
-  const Duration sigma{transport_ns_ ? config_.arrival_sigma.ns : std::max<std::int64_t>(config_.arrival_sigma.ns, std::llround(half))};
+  const double doubt = doubt_ || start_refused_ ? period_ns_ : transport_ns_ ? 0 : half;
+  const Duration sigma{std::max<std::int64_t>(config_.arrival_sigma.ns, std::llround(doubt))};
   const Time t_mid = f.info.t_arrival - transport - f.info.exposure / 2;
   emit(f, std::max(t_mid, last_t_mid_ + Duration{1}), sigma, TimeSource::kArrival);
 }

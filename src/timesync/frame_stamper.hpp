@@ -58,6 +58,7 @@ enum class LockLoss : std::uint8_t {
   kTickStep,       ///< camera number and camera clock disagree
   kCount,          ///< edges counted and frames counted disagree
   kEarlyArrival,   ///< a frame was here before its exposure had ended
+  kLateArrival,    ///< four frames in a row evenly late by a period
   kResidual,       ///< five edges in a row beside the line
   kHoldover,       ///< no edge for too long
   kNumberOf,
@@ -72,10 +73,12 @@ struct StampCounters {
   std::uint64_t lock_loss[static_cast<std::size_t>(LockLoss::kNumberOf)]{};
   std::uint64_t first_edges_lost{0};    ///< locks where the first edges after the start were missing
   std::uint64_t start_refused{0};       ///< no lock: more edges than frames at the start, or arrivals too late; needs a restart
+  std::uint64_t doubtful{0};            ///< no lock: frames came late by a period, and the number that fits now is another one
   std::uint64_t ambiguous{0};           ///< no lock: more than one number fits
   std::uint64_t no_edge_lost{0};        ///< frames without edge: a later edge came, this one did not
   std::uint64_t no_edge_waited{0};      ///< frames without edge: none came in the time allowed
   std::uint64_t no_edge_beside{0};      ///< frames without edge: there was one, off the line
+  std::uint64_t starved{0};             ///< times that waiting for an edge was given up
   std::uint64_t unnumbered{0};          ///< frames without number or tick (lost leader, stale id)
   std::uint64_t refused_frames{0};      ///< not taken: the caller does not pop
   std::uint64_t edges{0};               ///< edges in
@@ -145,6 +148,7 @@ class FrameStamper {
   // results
   void confirm(const Entry& f, Time edge);
   void give_up_front();
+  void note_arrival(const Entry& f, Time edge);
   void emit_edge(const Entry& f, Time edge);
   void emit_tick(const Entry& f, Duration least_sigma);
   void emit_arrival(const Entry& f);
@@ -166,6 +170,9 @@ class FrameStamper {
   Pair last_frame_{};                   // last numbered frame out while locked
   Pair last_pair_{};                    // last confirmed pair
   int beside_in_a_row_{0};
+  int late_in_a_row_{0};
+  double late_ns_{0};                   // transport of the first of them
+  std::optional<Duration> doubt_;       // edge - tick when late frames dropped the lock: only this, or a restart, locks again
   std::uint64_t last_number_{0};        // intake, unwrapped
   std::uint64_t last_id_{0};
   std::optional<StrobeEdge> last_edge_;

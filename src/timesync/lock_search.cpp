@@ -10,6 +10,8 @@ Duration since_exposure_end(const LockFrame& f, Time edge, const LockGates& g) {
   return f.arrival - (edge - g.edge_delay) - f.exposure;
 }
 
+constexpr std::uint64_t kNoEdge = ~std::uint64_t{0};
+
 // Edges after `not_after` may or may not have been seen yet: they must not count.
 std::uint64_t nearest_edge(const EdgeRing& edges, Time expected, Duration within, Time not_after) {
   std::uint64_t best = kNoEdge;
@@ -21,9 +23,8 @@ std::uint64_t nearest_edge(const EdgeRing& edges, Time expected, Duration within
   return best;
 }
 
-// Can the offset be true: no frame too early, one of them prompt, and edges where the ticks say?
+// Can the offset be true: every frame has an edge, none came too early, and one of them promptly?
 bool examine(std::span<const LockFrame> frames, const EdgeRing& edges, const LockGates& g, LockCandidate& c) {
-  std::size_t hits = 0;
   bool prompt = false;
   for (std::size_t j = 0; j < frames.size(); ++j) {
     const Time expected{frames[j].tick_ns + c.edge_minus_tick.ns};
@@ -31,11 +32,10 @@ bool examine(std::span<const LockFrame> frames, const EdgeRing& edges, const Loc
     if (after < -g.slack) return false;
     if (after <= g.transport_max) prompt = true;
     c.edge[j] = nearest_edge(edges, expected, g.residual, frames.back().arrival);
-    if (c.edge[j] == kNoEdge) continue;
-    ++hits;
+    if (c.edge[j] == kNoEdge) return false;
     c.misfit = c.misfit + Duration{std::llabs((edges[c.edge[j]].t - expected).ns)};
   }
-  return prompt && hits + 1 >= frames.size();
+  return prompt;
 }
 
 void keep(LockCandidates& out, const LockCandidate& c, Duration period, Duration residual) {
@@ -50,7 +50,7 @@ void keep(LockCandidates& out, const LockCandidate& c, Duration period, Duration
 
 }  // namespace
 
-Duration quiet_period(std::span<const LockFrame> frames, double quiet) {
+Duration quiet_period(std::span<const LockFrame> frames, double quiet, Duration residual) {
   const LockFrame &first = frames.front(), &last = frames.back();
   if (last.number <= first.number || last.tick_ns <= first.tick_ns) return {};
   const Duration period{(last.tick_ns - first.tick_ns) / static_cast<std::int64_t>(last.number - first.number)};
@@ -58,7 +58,7 @@ Duration quiet_period(std::span<const LockFrame> frames, double quiet) {
   for (std::size_t j = 0; j < frames.size(); ++j) {
     if (j > 0 && frames[j].number <= frames[j - 1].number) return {};
     const std::int64_t steps = static_cast<std::int64_t>(frames[j].number - first.number);
-    if (std::llabs(frames[j].tick_ns - first.tick_ns - steps * period.ns) > period.ns / 8) return {};
+    if (std::llabs(frames[j].tick_ns - first.tick_ns - steps * period.ns) > residual.ns) return {};
     const std::int64_t transport = (frames[j].arrival - first.arrival).ns - (frames[j].tick_ns - first.tick_ns);
     low = std::min(low, transport);
     high = std::max(high, transport);

@@ -18,7 +18,6 @@
 namespace cyclops {
 
 inline constexpr std::size_t kMaxLockFrames = 8;
-inline constexpr std::uint64_t kNoEdge = ~std::uint64_t{0};
 using EdgeRing = Ring<StrobeEdge, 256>;
 
 struct LockFrame {
@@ -37,16 +36,17 @@ struct LockGates {
 
 struct LockCandidate {
   Duration edge_minus_tick{};
-  Duration misfit{};                                  ///< sum of |residual| over the frames that have an edge
-  std::array<std::uint64_t, kMaxLockFrames> edge{};   ///< index into the ring by frame, or kNoEdge: lost
+  Duration misfit{};                                  ///< sum of |residual|
+  std::array<std::uint64_t, kMaxLockFrames> edge{};   ///< index into the ring, by frame
 };
 using LockCandidates = StaticVector<LockCandidate, 8>;
 
 /// Period by the camera's own clock if the frames are evenly spaced, numbers and ticks agree, and their arrivals are quiet;
-/// else zero: such frames prove nothing. `quiet` is the largest spread of arrival - tick as a part of the period.
-Duration quiet_period(std::span<const LockFrame> frames, double quiet);
+/// else zero: such frames prove nothing. `quiet` is the largest spread of arrival - tick as a part of the
+/// period, `residual` how far a tick may be from even spacing.
+Duration quiet_period(std::span<const LockFrame> frames, double quiet, Duration residual);
 
-/// At least all but one of the frames must have an edge. Offsets within `gates.residual` count as one, and the best fit
+/// Every frame must have an edge: a lock may come later, but never from edges that happen to lie right. Offsets within `gates.residual` count as one, and the best fit
 /// wins; so do offsets closer than an eighth of a period, and the earliest wins: what follows it is a bounce.
 void find_locks(std::span<const LockFrame> frames, const EdgeRing& edges, Duration period, const LockGates& gates, LockCandidates& out);
 

@@ -56,6 +56,7 @@ const char* to_string(LockLoss cause) {
     case LockLoss::kTickStep: return "camera number and camera clock disagree";
     case LockLoss::kCount: return "edges and frames counted disagree";
     case LockLoss::kEarlyArrival: return "frame arrived before its exposure had ended";
+    case LockLoss::kLateArrival: return "frames evenly late by a period";
     case LockLoss::kResidual: return "edges beside the line";
     case LockLoss::kHoldover: return "no edge for too long";
     case LockLoss::kNumberOf: break;

@@ -18,7 +18,8 @@ void FrameStamper::restart(Time start) {
   not_before_ = start;
   start_known_ = true;
   start_refused_ = starved_ = false;
-  first_number_ = last_number_ = last_id_ = 0;
+  doubt_.reset();
+  first_number_ = last_number_ = last_id_ = last_frame_.number = 0;
   while (!edges_.empty() && edges_.front().t < start) edges_.pop_front();
   next_edge_ = edges_.begin_index();
   first_edge_.reset();

@@ -24,6 +24,8 @@ struct ExposureFaults {
   double tick_step{0};             ///< the camera clock jumps
   int burst{1};                    ///< lost edges and lost frames come in bursts of up to this many
   int first_edges_lost{0};
+  int camera_restart_at{0};        ///< exposure before which the camera certainly restarts; 0: none
+  int announced_restart_at{0};
   int first_frame{0};              ///< frames before this one are not seen: a start in the middle
 };
 
@@ -88,16 +90,16 @@ class Simulation {
     out_.frames.push_back(r);
   }
   void pause() {
-    t_ = t_ + s_.period * 3 + uniform(s_.period * 10);
-    if (!out_.frames.empty()) t_ = std::max(t_, out_.frames.back().ready + s_.period * 3);
+    t_ = t_ + s_.period * 3 + uniform(s_.period * 10);   // the line is quiet
+    if (!out_.frames.empty()) t_ = std::max(t_, out_.frames.back().ready + s_.period * 6);
     id_ = s_.first_id;
     tick_zero_ = t_ - Duration{1'000'000} - uniform(Duration{2'000'000'000});
     tick_step_ = {};
   }
   void events() {
     const ExposureFaults& f = s_.faults;
-    if (happens(f.camera_restart)) pause();
-    if (happens(f.announced_restart)) { pause(); restart(); }
+    if (happens(f.camera_restart) || (i_ > 0 && i_ == f.camera_restart_at)) pause();
+    if (happens(f.announced_restart) || (i_ > 0 && i_ == f.announced_restart_at)) { pause(); restart(); }
     if (happens(f.id_slip)) strobe_only();
     if (happens(f.id_jump)) ++id_;
     if (happens(f.tick_step)) tick_step_ = tick_step_ + uniform(s_.period * 6) - s_.period * 2;
