@@ -1,5 +1,8 @@
 #pragma once
-/// One good message of each kind that comes in.
+/// One good message of each kind that comes in, and what to say of a bad one.
+#include <gtest/gtest.h>
+
+#include <string>
 #include <vector>
 
 #include "wire/codec.hpp"
@@ -12,6 +15,13 @@ std::vector<std::uint8_t> bytes_of(const Message& message) {
   const Encoded e = encode_into(message, out);
   CYCLOPS_ASSERT(e.size == out.size());
   return out;
+}
+
+template <class R>
+void expect_error(const R& result, ErrorCode code, const std::string& message) {
+  ASSERT_FALSE(result.ok()) << "expected: " << message;
+  EXPECT_EQ(result.error().code, code) << result.error().message();
+  EXPECT_EQ(result.error().message().substr(0, message.size()), message);
 }
 
 inline TspiReport good_report() {
