@@ -1,12 +1,12 @@
-// Time of gating, auction and the rest of association for 38, 200 and 1000 features. Called by the bench program.
+// Time of gating, auction and the rest of association for 38, 200 and 1000 features.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <random>
 #include <vector>
 
 #include "associate/associate.hpp"
+#include "test/bench/bench.hpp"
 
 namespace {
 
@@ -41,9 +41,9 @@ void one_size(int features, int corners, Gate gate) {
       c.cov_px2 = 0.25 * Mat2::Identity();
       found->items.push_back(c);
     }
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = bench::thread_seconds();
     associator.associate(*tracks, *found, *matches);
-    us.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
+    us.push_back(1e6 * (bench::thread_seconds() - begin));
   }
   std::sort(us.begin(), us.end());
   const auto& k = associator.counters();
@@ -54,7 +54,7 @@ void one_size(int features, int corners, Gate gate) {
 
 }  // namespace
 
-void bench_associate() {
+BENCH(associate) {
   for (const Gate gate : {Gate::kFixed, Gate::kMahalanobis})
     for (const auto& [features, corners] : {std::pair{38, 300}, std::pair{200, 1600}, std::pair{1000, 8000}}) one_size(features, corners, gate);
 }
