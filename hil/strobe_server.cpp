@@ -40,9 +40,17 @@ void StrobeServer::accept_waiting() {
 
 void StrobeServer::send(const StrobeEdge& edge, std::uint32_t line) {
   accept_waiting();
-  const StrobeRecord record{static_cast<std::uint64_t>(edge.t.ns), edge.rising ? StrobeRecord::kRising : StrobeRecord::kFalling, line, edge.line_seq};
   ++counters_.edges;
   if (clients_.empty()) ++counters_.no_client;
+  send_all({static_cast<std::uint64_t>(edge.t.ns), edge.rising ? StrobeRecord::kRising : StrobeRecord::kFalling, line, edge.line_seq});
+}
+
+void StrobeServer::send_arrival(std::uint64_t camera_frame_id, Time t) {
+  accept_waiting();
+  send_all({static_cast<std::uint64_t>(t.ns), StrobeRecord::kArrival, 0, static_cast<std::int64_t>(camera_frame_id)});
+}
+
+void StrobeServer::send_all(const StrobeRecord& record) {
   for (std::size_t i = 0; i < clients_.size();) {
     const Sent sent = send_record(clients_[i].get(), record);
     if (sent == Sent::kYes) ++counters_.delivered;

@@ -31,11 +31,14 @@ class StrobeServer {
   /// Takes in clients that are waiting; send does it too.
   void accept_waiting();
   void send(const StrobeEdge& edge, std::uint32_t line);
+  /// Tells when the first packet of a frame comes, on the flight's clock; before the frame itself is sent.
+  void send_arrival(std::uint64_t camera_frame_id, Time t);
   [[nodiscard]] std::size_t connected() const { return clients_.size(); }
   [[nodiscard]] const StrobeServerCounters& counters() const { return counters_; }
 
  private:
   StrobeServer() = default;
+  void send_all(const StrobeRecord& record);
   Fd listener_;
   std::vector<Fd> clients_;
   StrobeServerCounters counters_;

@@ -57,6 +57,7 @@ class BoundedQueue {
   [[nodiscard]] std::uint64_t refused() const { const std::lock_guard lock(mutex_); return refused_; }
   [[nodiscard]] std::size_t high_water() const { const std::lock_guard lock(mutex_); return high_water_; }
   [[nodiscard]] std::size_t size() const { const std::lock_guard lock(mutex_); return size_; }
+  [[nodiscard]] bool closed() const { const std::lock_guard lock(mutex_); return closed_; }
   [[nodiscard]] std::size_t places() const { return ring_.size(); }
 
  private:

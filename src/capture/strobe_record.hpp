@@ -16,6 +16,7 @@ namespace cyclops {
 
 struct StrobeRecord {
   static constexpr std::uint32_t kRising = 1, kFalling = 2;   // as in <linux/gpio.h>
+  static constexpr std::uint32_t kArrival = 3;                // no edge: ts_ns is when the first packet of frame `seq` comes
   std::uint64_t ts_ns{0};   ///< CLOCK_MONOTONIC
   std::uint32_t type{0};
   std::uint32_t line{0};

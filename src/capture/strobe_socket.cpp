@@ -6,6 +6,7 @@
 
 #include <poll.h>
 
+#include "base/static_vector.hpp"
 #include "capture/strobe_record.hpp"
 #include "capture/strobe_source.hpp"
 
@@ -63,6 +64,14 @@ class SocketStrobe final : public StrobeSource {
   }
 
   [[nodiscard]] StrobeStatus status() const override { return status_; }
+  [[nodiscard]] bool has_own_clock() const override { return true; }
+
+  std::size_t take_arrivals(std::span<FrameArrival> out) override {
+    const std::size_t n = std::min(out.size(), arrivals_.size());
+    std::copy_n(arrivals_.begin(), n, out.begin());
+    arrivals_.clear();
+    return n;
+  }
 
  private:
   [[nodiscard]] Error failed(const char* call) const {
@@ -98,6 +107,10 @@ class SocketStrobe final : public StrobeSource {
   }
 
   bool take(const StrobeRecord& r, std::size_t size, StrobeEdge& out) {
+    if (size == sizeof r && r.type == StrobeRecord::kArrival && r.seq >= 0) {
+      if (!arrivals_.try_push_back({static_cast<std::uint64_t>(r.seq), Time{static_cast<std::int64_t>(r.ts_ns)}})) ++status_.malformed;
+      return false;
+    }
     if (size != sizeof r || (r.type != StrobeRecord::kRising && r.type != StrobeRecord::kFalling)) { ++status_.malformed; return false; }
     const bool rising = r.type == StrobeRecord::kRising;
     if (r.line != static_cast<std::uint32_t>(config_.line) || rising != config_.rising) { ++status_.foreign; return false; }
@@ -113,6 +126,7 @@ class SocketStrobe final : public StrobeSource {
   Fd fd_;
   StrobeStatus status_;
   std::int64_t last_seq_{-1};
+  StaticVector<FrameArrival, 64> arrivals_{};
 };
 
 }  // namespace

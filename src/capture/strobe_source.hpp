@@ -43,6 +43,12 @@ struct StrobeStatus {
   std::uint64_t malformed{0};       ///< records of the wrong size or type, not handed out
 };
 
+/// When the first packet of a frame came, on the clock of the edges.
+struct FrameArrival {
+  std::uint64_t camera_frame_id{0};
+  Time t{};
+};
+
 class StrobeSource {
  public:
   virtual ~StrobeSource() = default;
@@ -58,6 +64,11 @@ class StrobeSource {
   /// Does not block. How many edges were written to the front of `out`; 0 when there are none.
   virtual Result<std::size_t> read_many(std::span<StrobeEdge> out) = 0;
   [[nodiscard]] virtual StrobeStatus status() const = 0;
+  /// True: the edges are of a recorded clock, not of this host's, so the source also says when frames arrive on it. Only the
+  /// bench's socket does; it is what lets a flight be replayed at any speed with the same bits.
+  [[nodiscard]] virtual bool has_own_clock() const { return false; }
+  /// Arrivals read since the last call, oldest first. After read_many, by the same thread.
+  virtual std::size_t take_arrivals(std::span<FrameArrival>) { return 0; }
 };
 
 /// Not opened yet. Null for kNone.

@@ -164,7 +164,11 @@ void Chain::align(FrameOutput& out) {
 
 void Chain::refuse_matches(FrameOutput& out) const {
   for (Match& m : out.matches)
-    if (m.corner >= 0) m = Match{-1, MatchReason::kNoConsensus, 0};
+    if (m.corner >= 0) {
+      m.corner = -1;
+      m.reason = MatchReason::kNoConsensus;
+      m.gain_px = 0;
+    }
 }
 
 }  // namespace cyclops

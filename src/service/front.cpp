@@ -21,7 +21,9 @@ bool Front::push(const TimeMark& mark) {
   return changed;
 }
 
-void Front::push(const TspiReport& report, Time arrival) {
+TspiVerdict Front::push(const TspiReport& report, Time arrival) {
+  const TspiVerdict verdict = guard_[static_cast<std::size_t>(report.aircraft)].check(report, Time{report.t_gps.ns});
+  if (verdict != TspiVerdict::kPass) return verdict;
   gps_.on_arrival(arrival, report.t_gps);
   if (gps_.valid()) {
     use_early();
@@ -31,6 +33,7 @@ void Front::push(const TspiReport& report, Time arrival) {
   } else {
     ++counters_.tspi_without_clock;
   }
+  return verdict;
 }
 
 void Front::use_early() {

@@ -11,6 +11,7 @@
 #include "nav/frame_aligner.hpp"
 #include "timesync/frame_stamper.hpp"
 #include "timesync/gps_clock.hpp"
+#include "wire/tspi_guard.hpp"
 
 namespace cyclops {
 
@@ -27,8 +28,9 @@ class Front {
   void restart(Time start);                       ///< acquisition begins anew
   void push(const StrobeEdge& edge);
   bool push(const TimeMark& mark);                ///< true: the mapping of GPS time changed
-  /// `arrival`: when the report came, service clock; used only while there is no time mark.
-  void push(const TspiReport& report, Time arrival);
+  /// `arrival`: when the report came, service clock; used only while there is no time mark. The guard judges the rate by the
+  /// reports' own times, so that a replay at any speed is judged alike.
+  TspiVerdict push(const TspiReport& report, Time arrival);
   /// `token` names the caller's pixels. False: not taken, the caller must pop first.
   [[nodiscard]] bool push(const FrameInfo& frame, std::uint64_t token);
   void flush();                                   ///< nothing more will come for what waits
@@ -39,6 +41,7 @@ class Front {
   [[nodiscard]] const FrameStamper& stamper() const { return stamper_; }
   [[nodiscard]] const FrameAligner& aligner() const { return aligner_; }
   [[nodiscard]] const GpsClock& gps() const { return gps_; }
+  [[nodiscard]] const TspiGuardCounters& guard(Aircraft a) const { return guard_[static_cast<std::size_t>(a)].counters(); }
   [[nodiscard]] const FrontCounters& counters() const { return counters_; }
 
  private:
@@ -48,6 +51,7 @@ class Front {
 
   FrameStamper stamper_;
   GpsClock gps_;
+  TspiGuard guard_[2]{TspiGuard(Aircraft::kReceiver), TspiGuard(Aircraft::kTanker)};
   FrameAligner aligner_;
   StaticVector<TspiReport, 256> early_{};
   std::uint64_t in_{0};

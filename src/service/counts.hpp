@@ -1,0 +1,52 @@
+#pragma once
+/// What the service knows about itself at one moment, copied whole from thread to thread.
+#include "base/histogram.hpp"
+#include "capture/camera_counters.hpp"
+#include "capture/strobe_source.hpp"
+#include "msg/chain.hpp"
+#include "service/chain.hpp"
+#include "service/front.hpp"
+#include "wire/tspi_guard.hpp"
+
+namespace cyclops {
+
+/// Of the thread that runs the chain.
+struct ChainCounts {
+  std::uint64_t frames{0};             ///< through the chain
+  std::uint64_t nav_updates{0};
+  std::uint64_t measurements{0};       ///< accepted
+  std::uint64_t consensus{0};          ///< frames in which the features agreed
+  std::uint64_t front_refused{0};      ///< frames the front had no room for
+  std::uint64_t arrival_unknown{0};    ///< frames that waited in vain for their arrival on the strobe's clock
+  StampCounters stamp{};
+  AlignerCounters aligner{};
+  TspiCounters tspi[2]{};
+  GpsClockCounters gps{};
+  FrontCounters front{};
+  TrackCounters track{};
+  AssociateCounters associate{};
+  Time newest_tspi[2]{};
+  bool has_tspi[2]{};
+};
+
+/// Of the thread that listens to LCM; one for each aircraft.
+struct LinkCounts {
+  std::uint64_t received{0};
+  std::uint64_t refused{0};            ///< did not decode or out of range
+  std::uint64_t guarded{0};            ///< refused by the guard: frozen, too fast
+  std::uint64_t queue_full{0};
+};
+
+struct FrameFacts {                    ///< of the newest frame
+  Time t_mid{};
+  Duration t_mid_sigma{};
+  TimeSource time_source{TimeSource::kUnknown};
+  int visible{0}, matched{0}, live{0}, coasting{0};
+  double range_m{-1};
+  double closure_mps{0};
+  double residual_rms_px{0};
+  double nis_mean{0};
+  double integrity{0};
+};
+
+}  // namespace cyclops

@@ -1,0 +1,72 @@
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+
+#include <CLI/CLI.hpp>
+#include <sys/mman.h>
+#include <time.h>
+
+#include "base/log.hpp"
+#include "service/pipeline.hpp"
+
+namespace {
+
+enum Exit { kGood = 0, kBadConfig = 1, kCannotRun = 3, kNoFrame = 4 };
+
+/// Waits for SIGINT or SIGTERM; true when one came.
+bool wait_for_signal(const sigset_t& set, long ms) {
+  const timespec t{ms / 1000, (ms % 1000) * 1'000'000};
+  return sigtimedwait(&set, nullptr, &t) > 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace cyclops;
+  CLI::App app{"Cyclops: watches the tanker through a GigE Vision camera and publishes measured feature points over LCM."};
+  app.set_version_flag("--version", CYCLOPS_VERSION);
+  app.footer("Exit code: 0 stopped by a signal, 1 bad configuration, 3 cannot run (LCM, strobe), 4 stopped without a single frame.");
+  std::string rig_path, profile_path, summary_path;
+  ServiceOptions options;
+  double exit_when_idle_s = 0;
+  bool verbose = false;
+  app.add_option("--rig", rig_path, "rig.toml: camera, mount, tanker, strobe")->required();
+  app.add_option("--config", profile_path, "profile; the built-in default when left out");
+  app.add_option("--lcm", options.lcm_url, "LCM URL; LCM_DEFAULT_URL when left out");
+  app.add_option("--thumbnail-hz", options.thumbnail_hz, "small JPEG in FRAME, 0 for none")->capture_default_str()->check(CLI::Range(0.0, 30.0));
+  app.add_option("--summary", summary_path, "figures of the run as JSON, written at the end");
+  app.add_option("--exit-when-idle", exit_when_idle_s, "end by itself when frames came and then none for so many seconds; 0: never")->check(CLI::Range(0.0, 3600.0));
+  app.add_flag("-v,--verbose", verbose, "more words in the log");
+  CLI11_PARSE(app, argc, argv);
+  log::start(verbose ? log::Level::kDebug : log::Level::kInfo);
+
+  auto rig = Rig::load(rig_path);
+  if (!rig.ok()) return log::error("config", rig.error().message()), kBadConfig;
+  Profile profile;
+  if (!profile_path.empty()) {
+    auto loaded = Profile::load(profile_path);
+    if (!loaded.ok()) return log::error("config", loaded.error().message()), kBadConfig;
+    profile = std::move(loaded).value();
+  }
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread, so that only the wait below sees them
+  (void)mlockall(MCL_CURRENT | MCL_FUTURE);       // wanted in flight, not needed on a bench without the right
+
+  Pipeline pipeline(std::move(rig).value(), profile, options);
+  if (auto started = pipeline.start(); !started.ok()) return log::error("service", started.error().message()), kCannotRun;
+  log::info("service", std::string("version ") + CYCLOPS_VERSION + ", profile " + profile.name + ", rig " + rig_path);
+  while (!wait_for_signal(signals, 200))
+    if (exit_when_idle_s > 0 && pipeline.idle_s() > exit_when_idle_s) break;
+  log::info("service", "stopping");
+  pipeline.stop();
+  if (!summary_path.empty()) {
+    std::ofstream out(summary_path);
+    out << pipeline.summary() << "\n";
+    if (!out) log::error("service", summary_path + ": cannot be written");
+  }
+  log::info("service", std::to_string(pipeline.frames()) + " frames went through the chain");
+  return pipeline.frames() > 0 ? kGood : kNoFrame;
+}

@@ -1,0 +1,27 @@
+#pragma once
+/// Everything that reaches the chain's thread, in one order: that order alone decides the results.
+#include <variant>
+
+#include "capture/camera_source.hpp"
+#include "capture/strobe_source.hpp"
+#include "msg/strobe.hpp"
+#include "msg/tspi.hpp"
+
+namespace cyclops {
+
+struct TimedFrame {
+  CameraFrame frame;
+  std::int64_t complete_ns{0};   ///< host steady clock when the last packet was in; only for latency
+};
+struct AcquisitionStarted {
+  Time t{};                      ///< edges before this belong to an earlier acquisition
+};
+struct ArrivedTspi {
+  TspiReport report{};
+  Time arrival{};                ///< service clock
+};
+struct Idle {};                  ///< the camera has been silent: nothing more comes for what waits
+
+using Input = std::variant<Idle, TimedFrame, AcquisitionStarted, StrobeEdge, FrameArrival, ArrivedTspi, TimeMark>;
+
+}  // namespace cyclops

@@ -1,0 +1,93 @@
+#pragma once
+/// Inside service: what the threads of the pipeline share.
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include <lcm/lcm.h>
+
+#include "base/bounded_queue.hpp"
+#include "service/counts.hpp"
+#include "service/events.hpp"
+#include "service/inputs.hpp"
+#include "service/pipeline.hpp"
+#include "service/publisher.hpp"
+
+namespace cyclops {
+
+[[nodiscard]] std::int64_t host_now_ns();   ///< CLOCK_MONOTONIC
+
+struct Finished {                            ///< one frame on its way to the network
+  FrameOutput out{};
+  std::optional<GpsTime> t_mid_gps{};
+  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail is wanted
+  std::int64_t complete_ns{0};
+};
+
+/// Frames that wait inside the chain's thread, by token.
+class WaitingRoom {
+ public:
+  static constexpr std::size_t kPlaces = 20;
+  std::size_t put(TimedFrame&& frame);       ///< kPlaces when full: the frame is untouched
+  TimedFrame take(std::size_t place);
+  [[nodiscard]] std::size_t used() const { return used_; }
+
+ private:
+  std::array<std::optional<TimedFrame>, kPlaces> places_{};
+  std::size_t used_{0};
+};
+
+struct Pipeline::State {
+  State(Rig r, Profile p, ServiceOptions o);
+
+  Rig rig;
+  Profile profile;
+  ServiceOptions options;
+  EventBus events;
+  std::atomic<bool> stopping{false};
+  std::atomic<std::uint64_t> frames{0};
+  std::atomic<std::int64_t> last_frame_host_ns{0};
+  std::atomic<bool> camera_there{false};
+
+  std::unique_ptr<StrobeSource> strobe;
+  bool strobe_clock{false};                  ///< arrivals come from the strobe source
+  std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
+  lcm_t* lcm{nullptr};
+
+  BoundedQueue<Input> inputs{512};
+  BoundedQueue<std::unique_ptr<Finished>> ready{8};
+  BoundedQueue<std::unique_ptr<Finished>> spare{8};
+
+  mutable std::mutex counts_mutex;           // the four below are copied whole under it
+  ChainCounts chain_counts{};
+  CameraCounters camera_counts{};
+  StrobeStatus strobe_status{};
+  LinkCounts link_counts[2]{};
+  std::uint64_t inputs_refused{0};
+
+  // of the publish thread, read after it has ended
+  Histogram stage[kStages];
+  Histogram chain_time, latency, latency_recent, chain_recent;
+  FrameFacts facts{};
+  std::uint64_t publish_failed{0};
+  std::int64_t started_ns{0};
+
+  std::thread camera_thread, strobe_thread, link_thread, chain_thread, publish_thread;
+
+  void run_camera();
+  void run_strobe();
+  void run_link();
+  void run_chain();
+  void run_publish();
+  void offer(Input&& input);
+  [[nodiscard]] Time service_now() const { return Time{host_now_ns()}; }
+};
+
+void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* channel, void* state);
+void on_lcm_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
+
+/// HEALTH from what is known; `window_s` is the time since the counters in `before` were taken.
+void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& chain, const ChainCounts& before, const CameraCounters& camera,
+                 const StrobeStatus& strobe, const LinkCounts (&link)[2], double window_s);
+
+}  // namespace cyclops

@@ -1,0 +1,186 @@
+// The chain's thread: one queue in, whole frames out.
+#include "service/pipeline_state.hpp"
+
+namespace cyclops {
+namespace {
+
+constexpr std::size_t kArrivals = 64;
+
+/// All state of the thread. The order of handle() calls alone decides what comes out.
+class ChainThread {
+ public:
+  explicit ChainThread(Pipeline::State& s) : s_(s), front_(s.rig.stamper, s.rig.gps, s.profile.nav, s.rig.nav), chain_(s.rig, s.profile) {
+    thumbnail_every_ns_ = s.options.thumbnail_hz > 0 ? static_cast<std::int64_t>(1e9 / s.options.thumbnail_hz) : 0;
+  }
+
+  void run() {
+    while (auto input = s_.inputs.pop(Duration::from_seconds(60))) {
+      std::visit([this](auto&& item) { handle(std::move(item)); }, std::move(*input));
+      drain();
+      publish_counts();
+    }
+    give_up_arrivals(0);
+    front_.flush();
+    drain();
+    publish_counts();
+  }
+
+ private:
+  void handle(Idle&&) {
+    give_up_arrivals(0);
+    front_.flush();
+  }
+  void handle(AcquisitionStarted&& start) {
+    give_up_arrivals(0);
+    arrivals_.clear();
+    front_.restart(start.t);
+  }
+  void handle(StrobeEdge&& edge) { front_.push(edge); }
+  void handle(FrameArrival&& arrival) {
+    if (arrivals_.full()) drop_oldest_arrival();
+    arrivals_.push_back(arrival);
+    release_known();
+  }
+  void handle(TimeMark&& mark) {
+    if (front_.push(mark)) s_.events.post(mark.t, EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(front_.gps().offset().ns) + " ns");
+  }
+  void handle(ArrivedTspi&& tspi) {
+    const TspiVerdict verdict = front_.push(tspi.report, tspi.arrival);
+    if (verdict == TspiVerdict::kPass) return;
+    const auto a = static_cast<std::size_t>(tspi.report.aircraft);
+    const std::uint64_t count = ++guarded_[a];
+    if ((count & (count - 1)) == 0)  // 1, 2, 4, 8 ...
+      s_.events.post(tspi.arrival, EventLevel::kWarning, a == 0 ? "tspi.receiver" : "tspi.tanker", to_string(verdict), "TSPI refused by the guard", static_cast<std::int64_t>(count));
+  }
+  void handle(TimedFrame&& frame) {
+    if (!s_.strobe_clock || frame.frame.info.camera_frame_id == 0) return admit(std::move(frame));
+    if (held_.full()) give_up_arrivals(held_.capacity() - 1);
+    held_.push_back(room_place(std::move(frame)));
+    release_known();
+  }
+
+  /// Frames leave in order, each when its arrival on the strobe's clock is known.
+  void release_known() {
+    while (!held_.empty()) {
+      if (held_.front() == WaitingRoom::kPlaces) {
+        pop_held();
+        continue;
+      }
+      const FrameInfo& info = held_info_[held_.front()];
+      const FrameArrival* found = nullptr;
+      for (const FrameArrival& a : arrivals_)
+        if (a.camera_frame_id == info.camera_frame_id) found = &a;
+      if (found == nullptr) return;
+      TimedFrame frame = room_.take(held_.front());
+      frame.frame.info.t_arrival = found->t;
+      pop_held();
+      admit(std::move(frame));
+    }
+  }
+  void give_up_arrivals(std::size_t keep) {
+    while (held_.size() > keep) {
+      if (held_.front() != WaitingRoom::kPlaces) {
+        ++counts_.arrival_unknown;
+        admit(room_.take(held_.front()));
+      }
+      pop_held();
+    }
+  }
+  std::size_t room_place(TimedFrame&& frame) {
+    const FrameInfo info = frame.frame.info;
+    const std::size_t place = room_.put(std::move(frame));
+    if (place == WaitingRoom::kPlaces) ++counts_.front_refused;
+    else held_info_[place] = info;
+    return place;
+  }
+  void pop_held() {
+    for (std::size_t i = 1; i < held_.size(); ++i) held_[i - 1] = held_[i];
+    held_.pop_back();
+  }
+  void drop_oldest_arrival() {
+    for (std::size_t i = 1; i < arrivals_.size(); ++i) arrivals_[i - 1] = arrivals_[i];
+    arrivals_.pop_back();
+  }
+
+  void admit(TimedFrame&& frame) {
+    const FrameInfo info = frame.frame.info;
+    const std::size_t place = room_.put(std::move(frame));
+    if (place == WaitingRoom::kPlaces) {
+      ++counts_.front_refused;
+      return;
+    }
+    if (front_.push(info, place)) return drain();
+    (void)room_.take(place);
+    ++counts_.front_refused;
+  }
+
+  void drain() {
+    AlignedFrame ready;
+    while (front_.pop(ready)) step(ready);
+  }
+
+  void step(const AlignedFrame& ready) {
+    TimedFrame pixels = room_.take(static_cast<std::size_t>(ready.token));
+    std::unique_ptr<Finished> slot;
+    while (!slot) {
+      auto spare = s_.spare.pop(Duration::from_seconds(1));
+      if (spare) slot = std::move(*spare);
+    }
+    AlignedFrame frame = ready;
+    frame.frame.seq = ++counts_.frames;
+    const bool partial = frame.frame.status == FrameStatus::kPartial;
+    chain_.step(frame, pixels.frame.image, partial ? &pixels.frame.missing : nullptr, slot->out);
+    slot->t_mid_gps = front_.gps_time(frame.frame.t_mid);
+    slot->complete_ns = pixels.complete_ns;
+    slot->pixels.reset();
+    if (thumbnail_every_ns_ > 0 && pixels.frame.image.data != nullptr && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_)) {
+      next_thumbnail_ = frame.frame.t_mid + Duration{thumbnail_every_ns_};
+      slot->pixels.emplace(std::move(pixels.frame));
+    }
+    count(slot->out);
+    s_.frames = counts_.frames;
+    CYCLOPS_ASSERT(s_.ready.try_push(std::move(slot)));  // as many places as slots
+  }
+
+  void count(const FrameOutput& out) {
+    counts_.nav_updates += out.in.scheduled && out.in.nav.state.valid ? 1 : 0;
+    counts_.consensus += out.alignment.consensus ? 1 : 0;
+    for (const Measurement& m : out.measurements.items) counts_.measurements += m.accepted ? 1 : 0;
+  }
+
+  void publish_counts() {
+    counts_.stamp = front_.stamper().counters();
+    counts_.aligner = front_.aligner().counters();
+    for (int a = 0; a < 2; ++a) {
+      const TspiBuffer& buffer = front_.aligner().navigator().buffer(static_cast<Aircraft>(a));
+      counts_.tspi[a] = buffer.counters();
+      counts_.has_tspi[a] = buffer.size() > 0;
+      if (counts_.has_tspi[a]) counts_.newest_tspi[a] = buffer.newest().t;
+    }
+    counts_.gps = front_.gps().counters();
+    counts_.front = front_.counters();
+    counts_.track = chain_.track_counters();
+    counts_.associate = chain_.associate_counters();
+    const std::lock_guard lock(s_.counts_mutex);
+    s_.chain_counts = counts_;
+    for (int a = 0; a < 2; ++a) s_.link_counts[a].guarded = guarded_[a];
+  }
+
+  Pipeline::State& s_;
+  Front front_;
+  Chain chain_;
+  WaitingRoom room_;
+  StaticVector<std::size_t, 8> held_{};
+  std::array<FrameInfo, WaitingRoom::kPlaces> held_info_{};
+  StaticVector<FrameArrival, kArrivals> arrivals_{};
+  ChainCounts counts_{};
+  std::uint64_t guarded_[2]{};
+  Time next_thumbnail_{};
+  std::int64_t thumbnail_every_ns_{0};
+};
+
+}  // namespace
+
+void Pipeline::State::run_chain() { std::make_unique<ChainThread>(*this)->run(); }
+
+}  // namespace cyclops

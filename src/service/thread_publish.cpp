@@ -1,0 +1,152 @@
+// The publishing thread: results, events, thumbnails and HEALTH to the network.
+#include <cmath>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <cyclops/health_t.hpp>
+
+#include "base/log.hpp"
+#include "service/pipeline_state.hpp"
+
+namespace cyclops {
+namespace {
+
+constexpr Duration kHealthEvery = Duration::from_ms(200);
+constexpr Duration kWindow = Duration::from_seconds(5);
+constexpr int kThumbnailSide = 256;
+
+/// A small JPEG of any pixel format, stretched from darkest to brightest.
+void thumbnail(const ImageView& image, std::vector<std::uint8_t>& jpeg) {
+  const cv::Mat raw(image.height, image.width, image.format == PixelFormat::kMono8 ? CV_8UC1 : CV_16UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride_bytes));
+  const double scale = static_cast<double>(kThumbnailSide) / std::max(image.width, image.height);
+  cv::Mat small, grey;
+  cv::resize(raw, small, {}, scale, scale, cv::INTER_AREA);
+  cv::normalize(small, grey, 0, 255, cv::NORM_MINMAX, CV_8U);
+  cv::imencode(".jpg", grey, jpeg, {cv::IMWRITE_JPEG_QUALITY, 70});
+}
+
+FrameFacts facts_of(const FrameOutput& out) {
+  FrameFacts f;
+  f.t_mid = out.in.frame.t_mid;
+  f.t_mid_sigma = out.in.frame.t_mid_sigma;
+  f.time_source = out.in.frame.time_source;
+  for (const Prediction& p : out.predictions.items) f.visible += p.visibility == Visibility::kVisible ? 1 : 0;
+  double squares = 0, nis = 0;
+  for (const Measurement& m : out.measurements.items) {
+    if (!m.accepted) continue;
+    ++f.matched;
+    squares += m.innovation_px.squaredNorm();
+    nis += m.nis;
+  }
+  for (const Track& t : out.tracks) {
+    f.live += t.state == TrackState::kLive ? 1 : 0;
+    f.coasting += t.state == TrackState::kCoasting ? 1 : 0;
+  }
+  f.residual_rms_px = f.matched > 0 ? std::sqrt(squares / f.matched) : 0;
+  f.nis_mean = f.matched > 0 ? nis / f.matched : 0;
+  f.integrity = out.measurements.integrity;
+  const RelativeState& nav = out.in.nav.state;
+  if (nav.valid) {
+    const Vec3 d = nav.T_r_k.translation().xyz;
+    f.range_m = d.norm();
+    f.closure_mps = f.range_m > 0 ? -d.dot(nav.velocity_r) / f.range_m : 0;
+  }
+  return f;
+}
+
+class PublishThread {
+ public:
+  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm), publisher_(s.rig, sink_) { jpeg_.reserve(1 << 16); }
+
+  void run() {
+    std::int64_t next_health = host_now_ns();
+    for (;;) {
+      auto finished = s_.ready.pop(kHealthEvery / 4);
+      if (finished) publish(std::move(*finished));
+      events();
+      if (const std::int64_t now = host_now_ns(); now >= next_health) {
+        health(now);
+        next_health = now + kHealthEvery.ns;
+      }
+      if (!finished && s_.stopping && s_.ready.closed()) break;
+    }
+    health(host_now_ns());
+    s_.publish_failed = publisher_.failed();
+  }
+
+ private:
+  void publish(std::unique_ptr<Finished> f) {
+    jpeg_.clear();
+    if (f->pixels) {
+      thumbnail(f->pixels->image, jpeg_);
+      f->pixels.reset();
+    }
+    publisher_.frame(f->out, f->t_mid_gps, jpeg_);
+    const Duration latency{host_now_ns() - f->complete_ns};
+    s_.latency.add(latency);
+    s_.latency_recent.add(latency);
+    for (std::size_t i = 0; i < kStages; ++i) s_.stage[i].add(f->out.stage_time[i]);
+    s_.chain_time.add(f->out.chain_time);
+    s_.chain_recent.add(f->out.chain_time);
+    s_.facts = facts_of(f->out);
+    CYCLOPS_ASSERT(s_.spare.try_push(std::move(f)));
+  }
+
+  void events() {
+    while (auto e = s_.events.next()) {
+      Event event;
+      event.t = e->t;
+      event.level = e->level;
+      event.source = e->source.data();
+      event.code = e->code.data();
+      event.text = e->text.data();
+      event.count = e->count;
+      fill(event_, event);
+      publisher_.put(e->t, channel::kEvent, event_);
+    }
+  }
+
+  void health(std::int64_t now) {
+    ChainCounts chain;
+    CameraCounters camera;
+    StrobeStatus strobe;
+    LinkCounts link[2];
+    {
+      const std::lock_guard lock(s_.counts_mutex);
+      chain = s_.chain_counts;
+      camera = s_.camera_counts;
+      strobe = s_.strobe_status;
+      link[0] = s_.link_counts[0];
+      link[1] = s_.link_counts[1];
+    }
+    const double window = static_cast<double>(now - before_ns_) * 1e-9;
+    fill_health(health_, s_, chain, before_, camera, strobe, link, window);
+    publisher_.put(Time{now}, channel::kHealth, health_);
+    if (now - before_ns_ > Duration::from_seconds(1).ns) {
+      before_ = chain;
+      before_ns_ = now;
+    }
+    if (now - window_ns_ > kWindow.ns) {
+      s_.latency_recent.clear();
+      s_.chain_recent.clear();
+      window_ns_ = now;
+    }
+  }
+
+  Pipeline::State& s_;
+  LcmSink sink_;
+  Publisher publisher_;
+  std::vector<std::uint8_t> jpeg_;
+  event_t event_{};
+  health_t health_{};
+  ChainCounts before_{};
+  std::int64_t before_ns_{host_now_ns()};
+  std::int64_t window_ns_{host_now_ns()};
+};
+
+}  // namespace
+
+void Pipeline::State::run_publish() { std::make_unique<PublishThread>(*this)->run(); }
+
+}  // namespace cyclops

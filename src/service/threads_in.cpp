@@ -1,0 +1,116 @@
+// The threads that bring things in: camera, strobe, link.
+#include <chrono>
+
+#include "base/log.hpp"
+#include "service/pipeline_state.hpp"
+
+namespace cyclops {
+namespace {
+
+constexpr Duration kPatience = Duration::from_ms(100);
+
+}  // namespace
+
+void Pipeline::State::run_camera() {
+  log::Throttle absent(10);
+  std::uint64_t held = 0;
+  std::int64_t failures = 0;
+  while (!stopping && !camera) {
+    auto opened = CameraSource::open(rig.device);
+    if (opened.ok()) {
+      camera = std::make_unique<CameraSource>(std::move(opened).value());
+      break;
+    }
+    events.post(service_now(), EventLevel::kFault, "camera", "camera.absent", opened.error().message(), ++failures);
+    if (absent.pass(host_now_ns(), held)) log::warning("camera", opened.error().message() + "; waiting for it");
+    for (int i = 0; i < 5 && !stopping; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  bool flushed = true;
+  std::int64_t last_ns = host_now_ns();
+  while (!stopping && camera) {
+    CameraEvent event = camera->poll(kPatience);
+    const std::int64_t now = host_now_ns();
+    if (auto* frame = std::get_if<CameraFrame>(&event)) {
+      offer(TimedFrame{std::move(*frame), now});
+      last_ns = now;
+      last_frame_host_ns = now;
+      flushed = false;
+    } else if (auto* started = std::get_if<CameraStarted>(&event)) {
+      camera_there = true;
+      offer(AcquisitionStarted{strobe_clock ? Time{INT64_MIN} : Time{now}});
+      events.post(service_now(), started->stream > 1 ? EventLevel::kRecovery : EventLevel::kInfo, "camera", "camera.started",
+                  started->camera + ", packets of " + std::to_string(started->packet_bytes) + " bytes, away " + std::to_string(started->away.seconds()) + " s", started->stream);
+      log::info("camera", "streaming from " + started->camera);
+    } else if (auto* lost = std::get_if<CameraLost>(&event)) {
+      camera_there = false;
+      events.post(service_now(), EventLevel::kFault, "camera", "camera.lost", to_string(lost->reason));
+      log::warning("camera", std::string("lost: ") + to_string(lost->reason));
+    } else if (auto* fault = std::get_if<CameraFault>(&event)) {
+      events.post(service_now(), EventLevel::kFault, "camera", "camera.fault", fault->error.message());
+      if (absent.pass(now, held)) log::error("camera", fault->error.message());
+    }
+    if (!flushed && static_cast<double>(now - last_ns) * 1e-9 > options.idle_flush_s) {
+      offer(Idle{});
+      flushed = true;
+    }
+    const CameraCounters counters = camera->counters();
+    const std::lock_guard lock(counts_mutex);
+    camera_counts = counters;
+  }
+}
+
+void Pipeline::State::run_strobe() {
+  std::array<StrobeEdge, 64> edges;
+  std::array<FrameArrival, 64> arrivals;
+  log::Throttle trouble(10);
+  std::uint64_t held = 0;
+  while (!stopping) {
+    auto ready_edges = strobe->wait(kPatience);
+    Result<std::size_t> n = std::size_t{0};
+    if (ready_edges.ok() && *ready_edges) n = strobe->read_many(edges);
+    const Error* error = !ready_edges.ok() ? &ready_edges.error() : !n.ok() ? &n.error() : nullptr;
+    if (error != nullptr) {
+      events.post(service_now(), EventLevel::kFault, "strobe", "strobe.lost", error->message());
+      if (trouble.pass(host_now_ns(), held)) log::error("strobe", error->message());
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      (void)strobe->open().ok();
+      continue;
+    }
+    const std::size_t m = strobe->take_arrivals(arrivals);
+    for (std::size_t i = 0; i < m; ++i) offer(FrameArrival(arrivals[i]));
+    for (std::size_t i = 0; i < *n; ++i) offer(StrobeEdge(edges[i]));
+    const std::lock_guard lock(counts_mutex);
+    strobe_status = strobe->status();
+  }
+}
+
+void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* name, void* state) {
+  auto& s = *static_cast<Pipeline::State*>(state);
+  const Aircraft aircraft = std::string_view(name) == channel::kTspiReceiver ? Aircraft::kReceiver : Aircraft::kTanker;
+  LinkCounts& counts = s.link_counts[static_cast<std::size_t>(aircraft)];
+  auto report = decode_tspi(buffer->data, buffer->data_size, aircraft);
+  {
+    const std::lock_guard lock(s.counts_mutex);
+    ++counts.received;
+    if (!report.ok()) ++counts.refused;
+  }
+  if (report.ok()) s.offer(ArrivedTspi{*report, Time{host_now_ns()}});
+  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(counts.refused));
+}
+
+void on_lcm_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
+  auto& s = *static_cast<Pipeline::State*>(state);
+  auto mark = decode_time_mark(buffer->data, buffer->data_size);
+  if (mark.ok()) s.offer(TimeMark(mark->mark));
+  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "time_mark.refused", mark.error().message());
+}
+
+void Pipeline::State::run_link() {
+  while (!stopping)
+    if (lcm_handle_timeout(lcm, 100) < 0) {
+      events.post(service_now(), EventLevel::kFault, "link", "lcm.failed", "lcm_handle_timeout failed");
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+}
+
+}  // namespace cyclops
