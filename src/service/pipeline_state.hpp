@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include <cyclops/health_t.hpp>
 #include <lcm/lcm.h>
 
 #include "base/bounded_queue.hpp"

@@ -1,0 +1,66 @@
+#pragma once
+/// Plays a flight through the real paths: GVSP packets from a GigE Vision device, strobe edges, LCM.
+///
+/// Time     an event of the flight is due at start + (its arrival - first arrival) / speed on CLOCK_MONOTONIC. Nothing is
+///          skipped: what leaves later than `late_after` is counted and the largest lateness kept. The stamps inside the
+///          messages stay those of the flight; after a seek or a loop all of them move on together, so that no clock goes back.
+/// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured.
+/// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps.
+/// Threads  run() is one thread, a second one inside sends frames; control methods from any thread.
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "base/result.hpp"
+#include "base/time.hpp"
+
+namespace cyclops::hil {
+
+struct ReplayOptions {
+  std::string flight;
+  double speed{1};
+  bool loop{false};
+  bool paused{false};                      ///< wait for play or step
+  double start_s{0};                       ///< begin so far into the flight
+  std::string lcm_url;
+  std::string address;                     ///< empty: that of the rig
+  Duration wait_for_client = Duration::from_seconds(30);
+  Duration late_after = Duration::from_ms(5);
+  int most_ahead{6};
+  std::int64_t most_frames{0};             ///< stop after so many; 0: all
+};
+
+struct ReplayProgress {
+  double flight_s{0};                      ///< into the flight
+  double length_s{0};
+  std::int64_t frames{0};
+  double realtime_factor{0};
+  std::int64_t late{0};
+  bool paused{false};
+};
+
+class Replayer {
+ public:
+  static Result<std::unique_ptr<Replayer>> open(const ReplayOptions& options);
+  ~Replayer();
+  /// Until the end of the flight, quit() or an error. `progress` is called about twice a second.
+  Result<> run(const std::function<void(const ReplayProgress&)>& progress);
+
+  void pause();
+  void play();
+  void step(int frames);                   ///< so many frames, then pause
+  void set_speed(double speed);
+  void seek(double flight_s);
+  void quit();
+  [[nodiscard]] nlohmann::json summary() const;
+
+ private:
+  struct State;
+  explicit Replayer(std::unique_ptr<State> state);
+  std::unique_ptr<State> s_;
+};
+
+}  // namespace cyclops::hil
