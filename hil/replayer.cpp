@@ -70,7 +70,7 @@ struct Replayer::State {
   double speed{1};
   std::int64_t shift_ns{0};                    // added to every stamp
   std::uint64_t id_base{0};                    // flight's frame number that is block 1
-  bool id_known{false};
+  bool id_known{false}, jumped{false};
   std::uint64_t last_block{0};
   std::int64_t last_arrival_ns{0};             // shifted
   std::int64_t played_ns{0}, wall0_ns{0}, paused_ns{0};
@@ -227,10 +227,10 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
     id_known = false;
   }
   const std::uint64_t id = index->info.camera_frame_id;
-  if (!id_known) {
-    id_base = id - 1;
-    id_known = true;
-  }
+  if (!id_known) id_base = id - 1;                    // a camera counts from 1 after each start
+  else if (jumped) id_base = id - last_block - 1;     // and on after a jump of the flight
+  id_known = true;
+  jumped = false;
   last_block = id - id_base;
   if (strobe) strobe->send_arrival(last_block, index->info.t_arrival + Duration{shift_ns});
   FrameJob job{index->recorded_at, last_block, index->info.camera_tick_ns + shift_ns, 0};
@@ -264,9 +264,7 @@ Result<> Replayer::State::handle(const record::LogEvent& e) {
 void Replayer::State::jump(std::int64_t arrival_ns) {
   shift_ns = last_arrival_ns + rig.device.period().ns - arrival_ns;
   anchor(arrival_ns);
-  const std::uint64_t next = last_block + 1;
-  id_known = false;
-  (void)next;
+  jumped = true;
 }
 
 Result<bool> Replayer::State::next_event(record::LogEvent& e) {
@@ -329,13 +327,17 @@ Result<> Replayer::run(const std::function<void(const ReplayProgress&)>& progres
     }
     if (s.options.most_frames > 0 && s.handed >= s.options.most_frames) break;
   }
-  s.paused_ns += 0;
   const std::int64_t end = monotonic_ns();
   s.jobs.close();
   if (s.sender.joinable()) s.sender.join();
   s.wall0_ns = end - s.wall0_ns - s.paused_ns;  // now the length of the run
   if (s.sender_failed) return make_error(ErrorCode::kIo, s.options.flight, s.sender_error);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // resends of the last frame
+  // The camera stays for resends of the last frame and until the client has let go of it, or it would wait for answers.
+  int quiet = 0;
+  for (int tenths = 0; tenths < 80 && quiet < 12; ++tenths) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    quiet = s.device->streaming() ? 0 : quiet + 1;
+  }
   return Ok{};
 }
 

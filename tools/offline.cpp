@@ -24,6 +24,7 @@ class Run {
         out_(std::make_unique<FrameOutput>()) {}
 
   Result<OfflineResult> all(const std::function<void(double)>& progress) {
+    front_.restart(Time{INT64_MIN});  // as the service does when the camera starts on the bench
     record::LogEvent event;
     while (true) {
       auto more = flight_.next(event);
