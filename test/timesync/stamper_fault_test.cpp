@@ -176,6 +176,19 @@ TEST_F(StamperFault, AnIncompleteFrameWithTheIdOfAnEarlierOneIsNotBelieved) {
   expect_strobe(51, 100);
 }
 
+TEST_F(StamperFault, EdgesThatMoveAgainstTheCameraClockAreFollowedAfterFive) {
+  make();
+  for (std::size_t i = 51; i < run.edges.size(); ++i) run.edges[i].edge.t = run.edges[i].ready = run.edges[i].ready + Duration{3'000'000};
+  for (std::size_t i = 50; i < 100; ++i) run.truth[i] = run.truth[i] + Duration{3'000'000};
+  go();
+  for (std::size_t i = 50; i < 54; ++i) {
+    EXPECT_EQ(source(i), TimeSource::kCameraTick);
+    EXPECT_GE(out[i].info.t_mid_sigma.ns, 2'900'000);
+  }
+  expect_strobe(54, 100);
+  EXPECT_EQ(losses(LockLoss::kResidual), 1U);
+}
+
 TEST_F(StamperFault, OtherSlopesAndDisorderedEdgesAreCountedAndDropped) {
   make();
   StampInput e = run.edges[20];
