@@ -83,6 +83,28 @@ TEST_F(StamperFault, ArrivalsLaterThanConfiguredNeverShiftTheNumber) {
   EXPECT_GE(out[50].info.t_mid_sigma.ns, setup.period.ns);
 }
 
+TEST_F(StamperFault, WhenTheTransportMayTakeAPeriodTheGapAtTheStartPicksTheNumberAndNothingElse) {
+  for (const bool announced : {true, false}) {
+    setup.announce_start = announced;
+    FrameStamperConfig config = test::stamper_config(setup);
+    config.transport_max = Duration{60'000'000};
+    setup.faults.first_frame = announced ? 0 : 5;
+    make();
+    go(config);
+    if (announced) expect_strobe(0, 100);
+    for (std::size_t i = 0; !announced && i < out.size(); ++i) EXPECT_EQ(source(i), TimeSource::kArrival);
+    EXPECT_EQ(stamper->counters().ambiguous > 0, !announced);
+  }
+}
+
+TEST_F(StamperFault, AnIdSkippedByTheCameraIsFoundAtOnceAndLockedAnew) {
+  make();
+  for (std::size_t i = 51; i < run.frames.size(); ++i) ++run.frames[i].frame.camera_frame_id;
+  go();
+  expect_strobe(0, 100);
+  EXPECT_EQ(losses(LockLoss::kTickStep), 1U);
+}
+
 TEST_F(StamperFault, AnIdLeftOutByTheCameraIsFoundAtOnceAndLockedAnew) {
   make();
   for (std::size_t i = 51; i < run.frames.size(); ++i) --run.frames[i].frame.camera_frame_id;
