@@ -154,7 +154,8 @@ const LockCandidate* FrameStamper::choose(const LockCandidates& found, std::span
   const auto after_first_edge = [&](const LockCandidate& c) {
     return Duration{first.tick_ns + c.edge_minus_tick.ns - steps * period.ns - first_edge_->ns};
   };
-  if (found.size() > 1) {
+  const bool arrivals_tell = config_.transport_max + config_.arrival_slack < period;
+  if (found.size() > 1 || !arrivals_tell) {
     for (const LockCandidate& c : found)
       if (gap && std::llabs(after_first_edge(c).ns) < period.ns / 4) return &c;
     ++counters_.ambiguous;

@@ -32,7 +32,8 @@ struct FrameStamperConfig {
   Duration period{33'333'333};        ///< nominal; the camera's own clock refines it
   Duration edge_delay{};              ///< edge later than the start of exposure by this
   bool rising{true};                  ///< the edge at the start of the exposure; others are counted and ignored
-  Duration transport_max{};           ///< first packet after the end of exposure in quiet conditions; 0: 80 % of the period
+  Duration transport_max{};           ///< first packet after the end of exposure in quiet conditions; 0: 80 % of the period.
+                                      ///< A period or more: arrivals prove nothing, see docs/time.md
   Duration arrival_slack{500'000};    ///< an arrival before the end of exposure by more than this proves a wrong number
   Duration residual_max{1'000'000};   ///< edge against camera clock
   Duration edge_sigma{50'000};        ///< of one edge stamp

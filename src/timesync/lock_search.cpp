@@ -23,19 +23,16 @@ std::uint64_t nearest_edge(const EdgeRing& edges, Time expected, Duration within
   return best;
 }
 
-// Can the offset be true: every frame has an edge, none came too early, and one of them promptly?
+// Can the offset be true: every frame has an edge, and none came too early? (That one came promptly is how the offset was found.)
 bool examine(std::span<const LockFrame> frames, const EdgeRing& edges, const LockGates& g, LockCandidate& c) {
-  bool prompt = false;
   for (std::size_t j = 0; j < frames.size(); ++j) {
     const Time expected{frames[j].tick_ns + c.edge_minus_tick.ns};
-    const Duration after = since_exposure_end(frames[j], expected, g);
-    if (after < -g.slack) return false;
-    if (after <= g.transport_max) prompt = true;
+    if (since_exposure_end(frames[j], expected, g) < -g.slack) return false;
     c.edge[j] = nearest_edge(edges, expected, g.residual, frames.back().arrival);
     if (c.edge[j] == kNoEdge) return false;
     c.misfit = c.misfit + Duration{std::llabs((edges[c.edge[j]].t - expected).ns)};
   }
-  return prompt;
+  return true;
 }
 
 void keep(LockCandidates& out, const LockCandidate& c, Duration period, Duration residual) {

@@ -60,10 +60,25 @@ TEST(LockSearch, TheFirstOfTwoBouncesIsTheEdge) {
 }
 
 TEST(LockSearch, EdgesAfterTheLastArrivalPlayNoPart) {
-  const auto f = frames(Duration{5'000'000});
-  const auto few = find(f, edges(-3, 4)), many = find(f, edges(-3, 40));
-  ASSERT_EQ(few.size(), many.size());
-  EXPECT_EQ(few[0].edge, many[0].edge);
+  // GIVEN a frame that arrives 0.1 ms after its own edge, which is lost, and another edge 0.5 ms after that
+  // THEN there is no lock, whether the other edge has been seen already or not
+  auto f = frames({});
+  for (LockFrame& each : f) {
+    each.exposure = Duration{100'000};
+    each.arrival = each.arrival - Duration{3'900'000};
+  }
+  EdgeRing e = edges(-1, 3);
+  EXPECT_TRUE(find(f, e).empty());
+  e.push({Time{3 * kPeriod.ns + 500'000}, -1, true});
+  EXPECT_TRUE(find(f, e).empty());
+}
+
+TEST(LockSearch, OneLateFrameDoesNotAllowALaterEdge) {
+  auto f = frames(Duration{5'000'000});
+  f[3].arrival = f[3].arrival + kPeriod;
+  const auto found = find(f, edges(-3, 8));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].edge_minus_tick.ns, -1'000'000'000'000);
 }
 
 TEST(LockSearch, QuietFramesGiveThePeriodOfTheCamera) {

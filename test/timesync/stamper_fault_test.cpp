@@ -83,6 +83,28 @@ TEST_F(StamperFault, ArrivalsLaterThanConfiguredNeverShiftTheNumber) {
   EXPECT_GE(out[50].info.t_mid_sigma.ns, setup.period.ns);
 }
 
+TEST_F(StamperFault, WhenTheTransportMayTakeAPeriodTheGapAtTheStartPicksTheNumberAndNothingElse) {
+  for (const bool announced : {true, false}) {
+    setup.announce_start = announced;
+    FrameStamperConfig config = test::stamper_config(setup);
+    config.transport_max = Duration{60'000'000};
+    setup.faults.first_frame = announced ? 0 : 5;
+    make();
+    go(config);
+    if (announced) expect_strobe(0, 100);
+    for (std::size_t i = 0; !announced && i < out.size(); ++i) EXPECT_EQ(source(i), TimeSource::kArrival);
+    EXPECT_EQ(stamper->counters().ambiguous > 0, !announced);
+  }
+}
+
+TEST_F(StamperFault, AnIdSkippedByTheCameraIsFoundAtOnceAndLockedAnew) {
+  make();
+  for (std::size_t i = 51; i < run.frames.size(); ++i) ++run.frames[i].frame.camera_frame_id;
+  go();
+  expect_strobe(0, 100);
+  EXPECT_EQ(losses(LockLoss::kTickStep), 1U);
+}
+
 TEST_F(StamperFault, AnIdLeftOutByTheCameraIsFoundAtOnceAndLockedAnew) {
   make();
   for (std::size_t i = 51; i < run.frames.size(); ++i) --run.frames[i].frame.camera_frame_id;
@@ -174,6 +196,19 @@ TEST_F(StamperFault, AnIncompleteFrameWithTheIdOfAnEarlierOneIsNotBelieved) {
   go();
   EXPECT_EQ(source(50), TimeSource::kArrival);
   expect_strobe(51, 100);
+}
+
+TEST_F(StamperFault, EdgesThatMoveAgainstTheCameraClockAreFollowedAfterFive) {
+  make();
+  for (std::size_t i = 51; i < run.edges.size(); ++i) run.edges[i].edge.t = run.edges[i].ready = run.edges[i].ready + Duration{3'000'000};
+  for (std::size_t i = 50; i < 100; ++i) run.truth[i] = run.truth[i] + Duration{3'000'000};
+  go();
+  for (std::size_t i = 50; i < 54; ++i) {
+    EXPECT_EQ(source(i), TimeSource::kCameraTick);
+    EXPECT_GE(out[i].info.t_mid_sigma.ns, 2'900'000);
+  }
+  expect_strobe(54, 100);
+  EXPECT_EQ(losses(LockLoss::kResidual), 1U);
 }
 
 TEST_F(StamperFault, OtherSlopesAndDisorderedEdgesAreCountedAndDropped) {
