@@ -157,7 +157,7 @@ const float* CornerKernel::measure(const Strip& strip) {
   loops_.down(config_.weight.data(), product_ring_.window(), lanes::round_up(strip.products.n), down_[0].data());
   loops_.across(config_.weight.data(), down_[0].data(), config_.eps, n, value);
   std::fill_n(value + strip.columns, 2 * kPad, kLowest);
-  loops_.run(row, n + 2 * kPad, run);
+  loops_.run(row, lanes::round_up(kPad + strip.columns + 1), run);
   around_ring_.renew();
   loops_.around(value, run + kPad, n, around_ring_.window(), stack_ring_.renew());
   return value;

@@ -84,13 +84,14 @@ void weigh_across(const float* weight, const float* __restrict in, float eps, in
   }
 }
 
+/// Sum of n values; reads up to a whole vector behind them.
 inline double sum(const float* p, int n) {
   F8 s = lanes::all(0);
   int i = 0;
   for (; i + kLanes <= n; i += kLanes) s += load(p + i);
-  float rest = lanes::sum(s);
-  for (; i < n; ++i) rest += p[i];
-  return static_cast<double>(rest);
+  const lanes::I8 lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  s += lane < n - i ? load(p + i) : lanes::all(0);
+  return static_cast<double>(lanes::sum(s));
 }
 
 // The largest value of a square of 2 Radius + 1 is found from runs of Radius, each used twice: what follows one pixel comes
