@@ -66,6 +66,7 @@ CornerKernel::CornerKernel(const KernelConfig& config) : config_(config) {
     loops_.across = rows::weigh_across<Half>;
   });
   with_constant<KernelConfig::kMaxRadius>(config.radius, [&]<int Radius>() {
+    loops_.run = rows::largest_run<Radius>;
     loops_.around = rows::largest_around<Radius>;
     loops_.maxima = rows::maxima<Radius>;
   });
@@ -87,7 +88,7 @@ CornerKernel::Strip CornerKernel::strip_at(const KernelJob& job, int u) const {
 void CornerKernel::run_strip(const KernelJob& job, const Strip& strip, std::span<Peak> peaks, float* picture, KernelResult& result) {
   const auto& [u0, v0, u1, v1] = job.measure;
   const int half = config_.half, sum0 = std::max(strip.own0, job.mean.u0), sum1 = std::min(strip.own1, job.mean.u1);
-  start();
+  start(strip);
   load_pixels(job, strip.pixels, v0 - half - 1);
   load_pixels(job, strip.pixels, v0 - half);
   for (int w = v0 - half; w < v1 + half; ++w) {
@@ -104,25 +105,23 @@ void CornerKernel::run_strip(const KernelJob& job, const Strip& strip, std::span
     search(job, strip, v - config_.radius, peaks, result);
   }
   for (int v = v1 - config_.radius; v < v1; ++v) {  // below the last row there is nothing
-    std::fill_n(around_ring_.renew(), kRow, kLowest);
+    measure_nothing(strip);
     search(job, strip, v, peaks, result);
   }
 }
 
 /// Empty rings: above the first row there is nothing.
-void CornerKernel::start() {
-  const int taps = 2 * config_.half + 1, high = 2 * config_.radius + 1;
-  pixel_ring_.reset(3);
-  product_ring_.reset(taps);
-  around_ring_.reset(high);
-  for (int i = 0; i < 3; ++i) pixel_ring_.set(i, pixel_[static_cast<std::size_t>(i)].data());
-  for (int i = 0; i < taps; ++i) product_ring_.set(i, product_[static_cast<std::size_t>(i)][0].data());
-  for (int i = 0; i < high; ++i) {
-    Measured& row = measured_[static_cast<std::size_t>(i)];
-    std::fill_n(row.value.data(), kPad, kLowest);
-    row.around.fill(kLowest);
-    around_ring_.set(i, row.around.data());
-  }
+void CornerKernel::start(const Strip& strip) {
+  const auto fill = [](auto& ring, auto& rows, int n, auto&& row_of) {
+    ring.reset(n);
+    for (int i = 0; i < n; ++i) ring.set(i, row_of(rows[static_cast<std::size_t>(i)]));
+  };
+  const auto lowest = [&](Row& row) { return std::fill_n(row.data(), lanes::round_up(strip.columns), kLowest), row.data(); };
+  fill(pixel_ring_, pixel_, 3, [](Row& row) { return row.data(); });
+  fill(product_ring_, product_, 2 * config_.half + 1, [](Triple& kinds) { return kinds[0].data(); });
+  fill(measured_ring_, measured_, config_.radius + 1, [](Measured& m) { return std::fill_n(m.value.data(), kPad, kLowest), m.value.data(); });
+  fill(around_ring_, around_, config_.radius, lowest);
+  fill(stack_ring_, stack_, config_.radius + 2, lowest);
 }
 
 /// Row v as float. Outside the domain as the job says.
@@ -150,29 +149,41 @@ void CornerKernel::multiply(const KernelJob& job, const Span& span, int v) {
   }
 }
 
-/// The measure of the middle row of the product ring and its largest values along the row. Returns the value at column m0.
+/// The measure of the middle row of the product ring and its largest values. Returns the value at column m0.
 const float* CornerKernel::measure(const Strip& strip) {
-  float* around = around_ring_.renew() + kPad;
-  float* value = around - kRow;
+  float* row = measured_ring_.renew();
+  float *value = row + kPad, *run = row + kRow;
   const int n = lanes::round_up(strip.columns);
   loops_.down(config_.weight.data(), product_ring_.window(), lanes::round_up(strip.products.n), down_[0].data());
   loops_.across(config_.weight.data(), down_[0].data(), config_.eps, n, value);
   std::fill_n(value + strip.columns, 2 * kPad, kLowest);
-  loops_.around(value, n, around);
+  loops_.run(row, lanes::round_up(kPad + strip.columns + 1), run);
+  around_ring_.renew();
+  loops_.around(value, run + kPad, n, around_ring_.window(), stack_ring_.renew());
   return value;
 }
 
-/// Maxima of row v, the middle one of the measure's ring.
+/// A row of no values, below the last one.
+void CornerKernel::measure_nothing(const Strip& strip) {
+  measured_ring_.renew();
+  std::fill_n(around_ring_.renew(), strip.columns, kLowest);
+  float* stack = stack_ring_.renew();
+  std::fill_n(stack, strip.columns, kLowest);
+  for (int k = 0; k < config_.radius; ++k)
+    for (int i = 0; i < strip.columns; ++i) stack[i] = std::max(stack[i], around_ring_.window()[k][i]);
+}
+
+/// Maxima of row v, the oldest of the measure's ring.
 void CornerKernel::search(const KernelJob& job, const Strip& strip, int v, std::span<Peak> peaks, KernelResult& result) {
-  const int begin = std::max(strip.own0, job.search.u0), end = std::min(strip.own1, job.search.u1), shift = kPad - strip.m0;
+  const int begin = std::max(strip.own0, job.search.u0) - strip.m0, end = std::min(strip.own1, job.search.u1) - strip.m0;
   if (v < job.search.v0 || v >= job.search.v1 || begin >= end || !clear(job.missing, v, config_.half + 1, job.domain)) return;
-  const float* const* around = around_ring_.window();
-  const float* value = around[config_.radius] - kRow;
-  const int n = loops_.maxima(value, around, begin + shift, end + shift, hits_.data());
+  const float* value = measured_ring_.window()[0] + kPad;
+  const float *above = stack_ring_.window()[0], *below = stack_ring_.window()[config_.radius + 1];
+  const int n = loops_.maxima(value, value + kRow, above, below, begin, end, hits_.data());
   for (int k = 0; k < n; ++k) {
     const int i = hits_[static_cast<std::size_t>(k)];
     if (result.peaks == peaks.size()) ++result.lost;
-    else peaks[result.peaks++] = {value[i], static_cast<std::uint16_t>(i - shift), static_cast<std::uint16_t>(v)};
+    else peaks[result.peaks++] = {value[i], static_cast<std::uint16_t>(i + strip.m0), static_cast<std::uint16_t>(v)};
   }
 }
 

@@ -4,8 +4,8 @@
 ///   X = I * [-1 0 1], Y likewise down;  A = X^2 (*) w, B = Y^2 (*) w, C = XY (*) w;  Rc = (AB - C^2) / (A + B + eps)
 ///
 /// The rectangle is cut into strips of kStrip columns. For each row of a strip: pixels become float, products X^2 Y^2 XY
-/// go into a ring of as many rows as w is high, the ring is weighted down, then across, Noble's measure goes into a ring of
-/// 2 r + 1 rows, and a row that has its r neighbours below is searched for maxima. All of it stays in the nearest cache.
+/// go into a ring of as many rows as w is high, the ring is weighted down, then across to Noble's measure, and a row that has
+/// its r neighbours below is searched for maxima. All of it stays in the nearest cache.
 /// Products come first down and then across, so that the rows of a small box pay for no more than their own height.
 ///
 /// Frames   raw pixels. Units: counts of the image; Rc in counts^2.
@@ -81,8 +81,8 @@ class CornerKernel {
   using Row = std::array<float, kRow>;
   using Triple = std::array<Row, 3>;  ///< X^2, Y^2, XY or their weighted sums
   struct Measured {
-    Row value;   ///< Rc, the lowest float where there is none
-    Row around;  ///< largest of the 2 r + 1 values around
+    Row value;  ///< Rc, the lowest float where there is none
+    Row run;    ///< largest of the r values from here on
   };
   /// Rows that are used again and again: each stands twice in the table, so that any n in a row are a window into it.
   template <int Max>
@@ -104,8 +104,9 @@ class CornerKernel {
   struct Loops {
     void (*down)(const float* weight, const float* const* rows, int n, float* out);
     void (*across)(const float* weight, const float* in, float eps, int n, float* out);
-    void (*around)(const float* value, int n, float* out);
-    int (*maxima)(const float* value, const float* const* around, int begin, int end, int* found);
+    void (*run)(const float* value, int n, float* out);
+    void (*around)(const float* value, const float* run, int n, float* const* rows, float* stack);
+    int (*maxima)(const float* value, const float* run, const float* above, const float* below, int begin, int end, int* found);
   };
   /// Columns [begin, end) of a buffer lie in the domain, of n that are filled.
   struct Span {
@@ -117,24 +118,30 @@ class CornerKernel {
     Span pixels, products;
   };
   [[nodiscard]] Strip strip_at(const KernelJob& job, int u) const;
-  void start();
+  void start(const Strip& strip);
   void run_strip(const KernelJob& job, const Strip& strip, std::span<Peak> peaks, float* picture, KernelResult& result);
   void load_pixels(const KernelJob& job, const Span& span, int v);
   void multiply(const KernelJob& job, const Span& span, int v);
   const float* measure(const Strip& strip);
+  void measure_nothing(const Strip& strip);
   void search(const KernelJob& job, const Strip& strip, int v, std::span<Peak> peaks, KernelResult& result);
 
-  static constexpr int kTaps = 2 * KernelConfig::kMaxHalf + 1, kHigh = 2 * KernelConfig::kMaxRadius + 1;
+  static constexpr int kTaps = 2 * KernelConfig::kMaxHalf + 1;
   KernelConfig config_;
   Loops loops_;
   Ring<3> pixel_ring_;
   Ring<kTaps> product_ring_;
-  Ring<kHigh> around_ring_;  ///< of Measured::around; the values lie kRow before
+  // With row v the newest:
+  Ring<KernelConfig::kMaxRadius + 1> measured_ring_;  ///< v - r .. v: Measured::value, its run kRow behind
+  Ring<KernelConfig::kMaxRadius> around_ring_;        ///< v - r + 1 .. v: largest of the 2 r + 1 values around
+  Ring<KernelConfig::kMaxRadius + 2> stack_ring_;     ///< v - r - 1 .. v: largest of the r values of `around` down to here
   alignas(64) std::array<Row, 3> pixel_{};
   alignas(64) std::array<Triple, kTaps> product_{};
   alignas(64) Triple down_{};
-  alignas(64) std::array<Measured, kHigh> measured_{};
-  std::array<int, kStrip + kPad> hits_{};
+  alignas(64) std::array<Measured, KernelConfig::kMaxRadius + 1> measured_{};
+  alignas(64) std::array<Row, KernelConfig::kMaxRadius> around_{};
+  alignas(64) std::array<Row, KernelConfig::kMaxRadius + 2> stack_{};
+  std::array<int, kStrip> hits_{};
 };
 
 }  // namespace cyclops

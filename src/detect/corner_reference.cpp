@@ -34,11 +34,11 @@ std::vector<Real> gaussian(int size, double sigma) {
   return g;
 }
 
-/// Centre, then pairs outwards: the order of additions is part of the definition.
+/// Centre, then pairs outwards: the order of operations and where they round is part of the definition.
 template <class Real, class At>
 Real weighted(const std::vector<Real>& g, At&& at) {
   Real sum = g[0] * at(0);
-  for (int k = 1; k < static_cast<int>(g.size()); ++k) sum += g[static_cast<std::size_t>(k)] * (at(-k) + at(k));
+  for (int k = 1; k < static_cast<int>(g.size()); ++k) sum = std::fma(g[static_cast<std::size_t>(k)], at(-k) + at(k), sum);
   return sum;
 }
 
@@ -60,7 +60,7 @@ std::vector<Real> reference_measure(const KernelJob& job, int gaussian_size, dou
   for (int v = job.measure.v0; v < job.measure.v1; ++v)
     for (int u = job.measure.u0; u < job.measure.u1; ++u) {
       const Real a = smoothed(0, u, v), b = smoothed(1, u, v), c = smoothed(2, u, v);
-      out.push_back((a * b - c * c) / (a + b + static_cast<Real>(eps)));
+      out.push_back(std::fma(-c, c, a * b) / (a + b + static_cast<Real>(eps)));
     }
   return out;
 }

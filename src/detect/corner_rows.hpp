@@ -45,7 +45,7 @@ inline void products(const float* __restrict up, const float* __restrict mid, co
 template <int Half, class At>
 inline F8 weighted(const F8* weight, At&& at) {
   F8 sum = weight[0] * at(0);
-  for (int k = 1; k <= Half; ++k) sum += weight[k] * (at(-k) + at(k));
+  for (int k = 1; k <= Half; ++k) sum = lanes::multiply_add(weight[k], at(-k) + at(k), sum);
   return sum;
 }
 
@@ -64,9 +64,12 @@ void weigh_down(const float* weight, const float* const* rows, int n, float* __r
   const Weights<Half> g(weight);
   const float* r[2 * Half + 1];
   for (int k = 0; k <= 2 * Half; ++k) r[k] = rows[k];
-  for (int i = 0; i < n; i += kLanes)
-    for (int kind = 0; kind < 3; ++kind)
-      store(out + kind * kKind + i, weighted<Half>(g.w, [&](int k) { return load(r[Half + k] + kind * kKind + i); }));
+  for (int i = 0; i < n; i += kLanes) {
+    const auto down = [&](int kind) { store(out + kind + i, weighted<Half>(g.w, [&](int k) { return load(r[Half + k] + kind + i); })); };
+    down(0);
+    down(kKind);
+    down(2 * kKind);
+  }
 }
 
 /// Across the row, then Noble's measure. Column i of the output is column i + Half of the input.
@@ -75,57 +78,67 @@ void weigh_across(const float* weight, const float* __restrict in, float eps, in
   constexpr int kKind = CornerKernel::kRow;
   const Weights<Half> g(weight);
   for (int i = 0; i < n; i += kLanes) {
-    const auto across = [&](int kind) { return weighted<Half>(g.w, [&](int k) { return load(in + kind * kKind + i + Half + k); }); };
-    const F8 a = across(0), b = across(1), c = across(2);
-    store(out + i, (a * b - c * c) / (a + b + lanes::all(eps)));
+    const auto across = [&](int kind) { return weighted<Half>(g.w, [&](int k) { return load(in + kind + i + Half + k); }); };
+    const F8 a = across(0), b = across(kKind), c = across(2 * kKind);
+    store(out + i, lanes::multiply_add(-c, c, a * b) / (a + b + lanes::all(eps)));
   }
 }
 
+/// Sum of n values; reads up to a whole vector behind them.
 inline double sum(const float* p, int n) {
   F8 s = lanes::all(0);
   int i = 0;
   for (; i + kLanes <= n; i += kLanes) s += load(p + i);
-  float rest = lanes::sum(s);
-  for (; i < n; ++i) rest += p[i];
-  return static_cast<double>(rest);
+  const lanes::I8 lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  s += lane < n - i ? load(p + i) : lanes::all(0);
+  return static_cast<double>(lanes::sum(s));
 }
 
-/// Largest of the Radius values before index i.
-template <int Radius>
-inline F8 largest_before(const float* x, int i) {
-  F8 m = load(x + i - 1);
-  for (int k = 2; k <= Radius; ++k) m = larger(m, load(x + i - k));
-  return m;
-}
+// The largest value of a square of 2 Radius + 1 is found from runs of Radius, each used twice: what follows one pixel comes
+// before another one.
 
-/// out[i] = largest of x[i - Radius .. i + Radius]
+/// out[i] = largest of x[i .. i + Radius - 1]
 template <int Radius>
-void largest_around(const float* __restrict x, int n, float* __restrict out) {
+void largest_run(const float* __restrict x, int n, float* __restrict out) {
   for (int i = 0; i < n; i += kLanes) {
-    F8 m = larger(largest_before<Radius>(x, i), load(x + i));
-    for (int k = 1; k <= Radius; ++k) m = larger(m, load(x + i + k));
+    F8 m = load(x + i);
+    for (int k = 1; k < Radius; ++k) m = larger(m, load(x + i + k));
     store(out + i, m);
   }
 }
 
-/// Writes each i in [begin, end) where x is larger than everything before it in its square, rows above first, and no smaller
-/// than everything after it; returns how many. `around`: largest_around of 2 Radius + 1 rows, x's own in the middle.
+/// around[i] = largest of x[i - Radius .. i + Radius], the last of `rows`; stack[i] = largest of all Radius rows.
 template <int Radius>
-int maxima(const float* x, const float* const* around, int begin, int end, int* __restrict found) {
-  const float* a[2 * Radius + 1];
-  for (int k = 0; k <= 2 * Radius; ++k) a[k] = around[k];
-  int n = 0;
-  for (int i = begin; i < end; i += kLanes) {
-    F8 earlier = largest_before<Radius>(x, i), later = load(a[Radius] + i);
-    for (int k = 0; k < Radius; ++k) {
-      earlier = larger(earlier, load(a[k] + i));
-      later = larger(later, load(a[Radius + 1 + k] + i));
-    }
-    const F8 centre = load(x + i);
-    for (unsigned hits = lanes::bits((centre > earlier) & (centre >= later)); hits != 0; hits &= hits - 1)
-      found[n++] = i + __builtin_ctz(hits);
+void largest_around(const float* __restrict x, const float* __restrict run, int n, float* const* rows, float* __restrict stack) {
+  const float* r[Radius];
+  for (int k = 0; k < Radius; ++k) r[k] = rows[k];
+  float* __restrict around = rows[Radius - 1];
+  for (int i = 0; i < n; i += kLanes) {
+    F8 m = larger(larger(load(run + i - Radius), load(x + i)), load(run + i + 1));
+    store(around + i, m);
+    for (int k = 0; k < Radius - 1; ++k) m = larger(m, load(r[k] + i));
+    store(stack + i, m);
   }
-  while (n > 0 && found[n - 1] >= end) --n;
+}
+
+/// Writes each i in [begin, end) where x is larger than everything before it in its square, rows above first, and no smaller
+/// than everything after it; returns how many. `above`, `below`: stacks of the Radius rows there. Whether eight columns hold
+/// a maximum cannot be foretold, so 64 are asked before the first branch depends on the answer.
+template <int Radius>
+int maxima(const float* x, const float* run, const float* above, const float* below, int begin, int end, int* __restrict found) {
+  constexpr int kBlock = 64;
+  int n = 0;
+  for (int block = begin; block < end; block += kBlock) {
+    const int columns = end - block < kBlock ? end - block : kBlock;
+    std::uint64_t hits = 0;
+    for (int k = 0; k < columns; k += kLanes) {
+      const int i = block + k;
+      const F8 earlier = larger(load(above + i), load(run + i - Radius)), later = larger(load(below + i), load(run + i + 1));
+      const F8 centre = load(x + i);
+      hits |= static_cast<std::uint64_t>(lanes::bits((centre > earlier) & (centre >= later))) << k;
+    }
+    for (hits &= ~std::uint64_t{0} >> (kBlock - columns); hits != 0; hits &= hits - 1) found[n++] = block + __builtin_ctzll(hits);
+  }
   return n;
 }
 

@@ -16,6 +16,12 @@ inline F8 load(const float* p) {
 inline void store(float* p, F8 v) { std::memcpy(p, &v, sizeof v); }
 inline F8 all(float x) { return F8{x, x, x, x, x, x, x, x}; }
 inline F8 larger(F8 a, F8 b) { return a > b ? a : b; }
+/// a * b + c, rounded once: the same bits with and without an instruction for it.
+inline F8 multiply_add(F8 a, F8 b, F8 c) {
+  F8 r{};
+  for (int i = 0; i < kLanes; ++i) r[i] = __builtin_fmaf(a[i], b[i], c[i]);
+  return r;
+}
 /// In a fixed order, so that every build adds alike.
 inline float sum(F8 v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])); }
 

@@ -32,23 +32,20 @@ void grow(SubImage& a, const SubImage& b) {
 }
 
 void sort_by_place(SubImageSet& boxes) {
-  std::sort(boxes.begin(), boxes.end(), [](const SubImage& a, const SubImage& b) {
-    return a.v0 != b.v0 ? a.v0 < b.v0 : a.u0 < b.u0;
-  });
+  const auto before = [](const SubImage& a, const SubImage& b) { return a.v0 != b.v0 ? a.v0 < b.v0 : a.u0 < b.u0; };
+  if (!std::is_sorted(boxes.begin(), boxes.end(), before)) std::sort(boxes.begin(), boxes.end(), before);
 }
 
-/// One sweep down the rows; true when something was merged. A box that was taken in is marked by features = 0.
+/// One sweep down the rows of boxes in order of v0, which stays; true when something was merged. A box that was taken in is
+/// marked by features = 0.
 bool merge_once(SubImageSet& boxes) {
-  sort_by_place(boxes);
   bool merged = false;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    SubImage& a = boxes.begin()[i];
-    if (a.features == 0) continue;
-    for (std::size_t j = i + 1; j < boxes.size() && boxes.begin()[j].v0 < a.v0 + a.height; ++j) {
-      SubImage& b = boxes.begin()[j];
-      if (b.features == 0 || !share_a_pixel(a, b)) continue;
-      grow(a, b);
-      b.features = 0;
+  for (SubImage* a = boxes.begin(); a != boxes.end(); ++a) {
+    if (a->features == 0) continue;
+    for (SubImage* b = a + 1; b != boxes.end() && b->v0 < a->v0 + a->height; ++b) {
+      if (b->features == 0 || !share_a_pixel(*a, *b)) continue;
+      grow(*a, *b);
+      b->features = 0;
       merged = true;
     }
   }
@@ -83,6 +80,7 @@ void Segmenter::segment(std::span<const Vec2> points_px, int width, int height, 
   sort_into_cells(points_px, width, height);
   for (std::uint32_t c = 0; c < cells_; ++c) link_neighbours(c);
   boxes_of_clusters(width, height, out);
+  sort_by_place(out);
   while (config_.merge_overlapping && merge_once(out)) {
   }
   sort_by_place(out);
