@@ -109,15 +109,16 @@ void Chain::estimate(const AlignedFrame& frame, FrameOutput& out) {
 void Chain::estimate_aligned(const AlignedFrame& frame, FrameOutput& out) {
   tracker_.begin_frame(frame.frame.t_mid);
   const RelativeState* nav = frame.nav.state.valid ? &frame.nav.state : nullptr;
+  if (nav != nullptr) predict(*nav, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
+  else predictions_from_tracks(out);
   if (aligner_.predict(frame.frame.t_mid, nav)) {
-    predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
-    aligner_.widen(out.predictions);
-    out.predictions.from_nav = nav != nullptr;
+    predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.search);
+    aligner_.widen(out.search);
   } else {
-    predictions_from_tracks(out);
+    out.search = out.predictions;
   }
-  out.predictions.seq = frame.frame.seq;
-  out.predictions.t_mid = frame.frame.t_mid;
+  out.predictions.seq = out.search.seq = frame.frame.seq;
+  out.predictions.t_mid = out.search.t_mid = frame.frame.t_mid;
 }
 
 void Chain::predictions_from_tracks(FrameOutput& out) const {
@@ -140,7 +141,7 @@ void Chain::segment(FrameOutput& out) {
   int reach = 0;
   const bool by_prediction = profile_.align.enabled;
   if (by_prediction) {
-    for (const Prediction& p : out.predictions.items) {
+    for (const Prediction& p : out.search.items) {
       if (p.visibility != Visibility::kVisible) continue;
       points_.push_back(p.uv_px);
       const double sigma = std::sqrt(std::max(p.cov_px2(0, 0), p.cov_px2(1, 1)));
@@ -154,9 +155,9 @@ void Chain::segment(FrameOutput& out) {
 }
 
 void Chain::align(FrameOutput& out) {
-  aligner_.step(out.predictions, out.corners, out.alignment);
+  aligner_.step(out.search, out.corners, out.alignment);
   if (!out.alignment.consensus) return;
-  out.aligned = out.predictions;
+  out.aligned = out.search;
   aligner_.apply(out.alignment, out.aligned);
   out.aligned.from_nav = true;
   tracker_.nav_update(out.aligned);

@@ -24,7 +24,8 @@ inline constexpr std::size_t kStages = 7;
 /// Everything known about one frame at the end of the chain. Large: owned by the caller and used again.
 struct FrameOutput {
   AlignedFrame in{};
-  PredictionSet predictions{};  ///< before the frame was looked at
+  PredictionSet predictions{};  ///< navigation's when there is any, else those of the tracks
+  PredictionSet search{};       ///< where was looked: navigation and the pose of earlier frames together
   PredictionSet aligned{};      ///< moved to the common pose; only with alignment.consensus
   SubImageSet sub_images{};
   CornerSet corners{};
