@@ -46,6 +46,8 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t) {
   AlignConfig c;
   t.read("enabled", c.enabled);
   t.read_in("corner_sigma_px", 0.05, 20.0, c.corner_sigma_px);
+  t.read_in("scatter_gain", 0.0, 1.0, c.scatter_gain);
+  t.read_in("scatter_floor_px", 0.01, 20.0, c.scatter_floor_px);
   t.read_in("detection_probability", 0.01, 0.999, c.detection_probability);
   t.read_in("prior_gate", 1.0, 50.0, c.prior_gate);
   t.read_in("candidates", 1, 64, c.candidates);
@@ -72,6 +74,8 @@ struct Aligner::State {
     body.reserve(n);
     for (const Feature& f : model.features()) body.push_back(model.in_body(f));
     problem.seen.reserve(n);
+    scatter.assign(n, config.corner_sigma_px * config.corner_sigma_px);
+    residuals.reserve(n);
     problem.corner.reserve(n * static_cast<std::size_t>(config.candidates));
     readings.reserve(static_cast<std::size_t>(config.readings) + 1);
   }
@@ -100,13 +104,19 @@ struct Aligner::State {
 
   Problem problem;
   std::vector<Reading> readings;
+  struct Residual {
+    std::uint16_t feature;
+    double square_px2;
+  };
+  std::vector<Residual> residuals;     // of the last refinement
+  std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
 
   [[nodiscard]] Prior prior_from(const RelativeState& state) const;
   void prior_from_track();
   [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
-  void refine(const Prior& prior, const PredictionSet&, const CornerSet&, const Vec6& start, Alignment& out) const;
+  void refine(const Prior& prior, const PredictionSet&, const CornerSet&, const Vec6& start, Alignment& out);
   void learn(const Alignment& out);
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
   void place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const;
@@ -190,7 +200,6 @@ void Aligner::State::pose_problem(const Prior& prior, const PredictionSet& predi
   problem.seen.clear();
   problem.corner.clear();
   problem.P = prior.P;
-  problem.R = config.corner_sigma_px * config.corner_sigma_px;
   double area = 0, found = 0;
   for (const Prediction& p : predicted.items) {
     if (p.visibility != Visibility::kVisible && p.visibility != Visibility::kOutsideImage) continue;
@@ -200,8 +209,9 @@ void Aligner::State::pose_problem(const Prior& prior, const PredictionSet& predi
     const auto uv = camera.project(prior.T * body[p.feature], J);
     if (!uv || !camera.inside(*uv)) continue;
     s.uv = *uv;
+    s.R = scatter[p.feature];
     s.J << -J * skew(prior.T.rotation().rotate(body[p.feature].xyz)), J;
-    const Mat2 S = s.J * prior.P * s.J.transpose() + problem.R * Mat2::Identity();
+    const Mat2 S = s.J * prior.P * s.J.transpose() + s.R * Mat2::Identity();
     const Mat2 W = S.inverse();
     const double reach = std::sqrt(config.prior_gate * S.trace());
     std::array<std::pair<double, const Corner*>, 64> near;
@@ -246,7 +256,7 @@ bool Aligner::State::read(const Prior& prior, const PredictionSet& predicted, co
 }
 
 /// Iteratively reweighted Gauss-Newton from `start`, each feature bound to its nearest corner (Geman-McClure weights).
-void Aligner::State::refine(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, const Vec6& start, Alignment& out) const {
+void Aligner::State::refine(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, const Vec6& start, Alignment& out) {
   (void)predicted;
   (void)corners;
   const Mat6 information = prior.P.inverse();
@@ -258,6 +268,7 @@ void Aligner::State::refine(const Prior& prior, const PredictionSet& predicted, 
     H = information;
     Vec6 g = -information * d;
     out.inliers = 0;
+    residuals.clear();
     const double radius = step < 2 ? config.inlier_px + 1.0 : config.inlier_px;
     for (const Seen& s : problem.seen) {
       Eigen::Matrix<double, 2, 3> J;
@@ -276,8 +287,9 @@ void Aligner::State::refine(const Prior& prior, const PredictionSet& predicted, 
       ++out.inliers;
       Jac full;
       full << -J * skew(pose.rotation().rotate(body[s.feature].xyz)), J;
-      const double m = least / problem.R;
-      const double w = 1 / ((1 + m / c2) * (1 + m / c2) * problem.R);
+      const double m = least / s.R;
+      const double w = 1 / ((1 + m / c2) * (1 + m / c2) * s.R);
+      residuals.push_back({s.feature, least});
       H += w * full.transpose() * full;
       g += w * full.transpose() * (*z - *uv);
     }
@@ -294,6 +306,13 @@ void Aligner::State::refine(const Prior& prior, const PredictionSet& predicted, 
 /// What this frame teaches about predicting the next one.
 void Aligner::State::learn(const Alignment& out) {
   if (!out.consensus) return;
+  const double n = static_cast<double>(residuals.size());
+  const double lost = n > 3.5 ? n / (n - 3) : 4;  // six parameters were fitted to 2 n numbers
+  for (const Residual& r : residuals) {
+    double& v = scatter[r.feature];
+    v += config.scatter_gain * (std::min(0.5 * r.square_px2 * lost, 9.0) - v);
+    v = std::max(v, config.scatter_floor_px * config.scatter_floor_px);
+  }
   if (locked && track.valid) {
     const double dt = (now - t_pose).seconds();
     for (std::size_t i = 0; i < ways.size(); ++i) {
@@ -322,6 +341,7 @@ Aligner::~Aligner() = default;
 
 void Aligner::reset() {
   s_->locked = false;
+  s_->scatter.assign(s_->scatter.size(), s_->config.corner_sigma_px * s_->config.corner_sigma_px);
   s_->previous_nav = {};
   s_->has_shape = false;
 }
@@ -365,6 +385,8 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
   s.learn(out);
   s.previous_nav = s.nav;
 }
+
+double Aligner::corner_variance_px2(std::uint16_t feature) const { return s_->scatter[feature]; }
 
 void Aligner::apply(const Alignment& alignment, PredictionSet& predicted) const {
   if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, predicted);

@@ -25,14 +25,16 @@ namespace cyclops {
 
 struct AlignConfig {
   bool enabled{true};
-  double corner_sigma_px{1.0};    ///< 1 sigma of a corner about its surveyed feature
+  double corner_sigma_px{1.5};    ///< 1 sigma of a corner about its surveyed feature, before the feature has shown its own
+  double scatter_gain{0.02};      ///< share of the newest residual in the scatter of a feature; 0: corner_sigma_px for ever
+  double scatter_floor_px{0.25};  ///< no feature is trusted to less than this
   double detection_probability{0.7};
   double prior_gate{9.2};         ///< squared Mahalanobis radius in which corners are candidates, 2 dof
   int candidates{14};             ///< corners kept a feature, nearest first
   int features{48};               ///< features used for hypotheses; all are used for the refinement
   int readings{8};                ///< readings grown from the best one-point hypotheses
-  double min_evidence{7.0};
-  double min_margin{2.5};
+  double min_evidence{3.0};
+  double min_margin{1.0};
   int min_inliers{4};             ///< one less when fewer than 7 features can be seen
   double inlier_px{3.0};          ///< radius within which a corner supports the final pose
   double robust_scale{1.5};       ///< residuals beyond this many sigma lose their weight
@@ -66,6 +68,9 @@ class Aligner {
 
   /// Moves every prediction to the aligned pose, covariance from the alignment, survey and lens.
   void apply(const Alignment& alignment, PredictionSet& predicted) const;
+
+  /// What a corner of this feature has recently been off the common pose, px^2 an axis: part of an honest covariance.
+  [[nodiscard]] double corner_variance_px2(std::uint16_t feature) const;
 
   void reset();
 

@@ -47,9 +47,9 @@ void keep_if_new(const Problem& problem, std::size_t keep, const Reading& r, std
 
 }  // namespace
 
-void condition(Reading& reading, const Seen& s, const Vec2& z, double R) {
+void condition(Reading& reading, const Seen& s, const Vec2& z) {
   const Eigen::Matrix<double, 6, 2> PJt = reading.P * s.J.transpose();
-  const Mat2 S = s.J * PJt + R * Mat2::Identity();
+  const Mat2 S = s.J * PJt + s.R * Mat2::Identity();
   const Eigen::Matrix<double, 6, 2> K = PJt * S.inverse();
   reading.d += K * (z - s.uv - s.J * reading.d);
   reading.P -= K * PJt.transpose();
@@ -57,7 +57,7 @@ void condition(Reading& reading, const Seen& s, const Vec2& z, double R) {
 }
 
 double evidence_of(const Problem& problem, const Reading& reading, const Seen& s, int& candidate) {
-  const Mat2 S = s.J * reading.P * s.J.transpose() + problem.R * Mat2::Identity();
+  const Mat2 S = s.J * reading.P * s.J.transpose() + s.R * Mat2::Identity();
   return best_candidate(problem, s, s.uv + s.J * reading.d, S, candidate);
 }
 
@@ -90,13 +90,13 @@ void one_point_readings(const Problem& problem, std::size_t use, std::size_t kee
   for (std::size_t i = 0; i < n; ++i) {
     const Seen& si = problem.seen[i];
     const Eigen::Matrix<double, 6, 2> PJt = problem.P * si.J.transpose();
-    const Mat2 Si = (si.J * PJt + problem.R * Mat2::Identity()).inverse();
+    const Mat2 Si = (si.J * PJt + si.R * Mat2::Identity()).inverse();
     const Eigen::Matrix<double, 6, 2> K = PJt * Si;
     const Mat6 Pi = problem.P - K * PJt.transpose();
     for (std::size_t j = 0; j < n; ++j) {
       const Seen& sj = problem.seen[j];
       given[j].shift = sj.J * K;
-      given[j].S = sj.J * Pi * sj.J.transpose() + problem.R * Mat2::Identity();
+      given[j].S = sj.J * Pi * sj.J.transpose() + sj.R * Mat2::Identity();
     }
     for (int c = si.first; c < si.first + si.count; ++c) {
       const Vec2 r = problem.corner[static_cast<std::size_t>(c)] - si.uv;
@@ -132,7 +132,7 @@ void grow(const Problem& problem, std::size_t use, int most, Reading& reading) {
     }
     if (best_i == n) break;
     reading.used |= std::uint64_t{1} << best_i;
-    condition(reading, problem.seen[best_i], problem.corner[static_cast<std::size_t>(best_c)], problem.R);
+    condition(reading, problem.seen[best_i], problem.corner[static_cast<std::size_t>(best_c)]);
   }
   reading.evidence = evidence_of(problem, reading) - 0.5 * reading.d.dot(problem.P.ldlt().solve(reading.d));
 }

@@ -16,6 +16,7 @@ struct Seen {                 ///< one feature as predicted from the prior
   Jac J{Jac::Zero()};         ///< d uv / d [rotation about the tanker INS in c; translation in c]
   int first{0};               ///< candidates [first, first + count)
   int count{0};
+  double R{1};                ///< variance of a corner about this feature, px^2 an axis
 };
 
 struct Problem {
@@ -23,7 +24,6 @@ struct Problem {
   std::vector<Vec2> corner;   ///< candidates of all features, px
   std::vector<float> near;    ///< scratch for choosing the nearest
   Mat6 P{Mat6::Identity()};   ///< prior covariance
-  double R{1};                ///< variance of a corner, px^2
   double log_gain{0};         ///< log( P_D / (2 pi lambda) )
 };
 
@@ -37,7 +37,7 @@ struct Reading {
 inline constexpr std::size_t kMostUsed = 64;
 
 /// Conditions the reading on feature `s` being at `z`.
-void condition(Reading& reading, const Seen& s, const Vec2& z, double R);
+void condition(Reading& reading, const Seen& s, const Vec2& z);
 
 /// Evidence of the nearest candidate of one feature under a reading; 0 when clutter explains it as well.
 double evidence_of(const Problem& problem, const Reading& reading, const Seen& s, int& candidate);

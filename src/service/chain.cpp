@@ -86,6 +86,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.tracks = tracker_.tracks();
   watch.lap(Stage::kTrack, out);
   measure(out.tracks_before, out.matches, out.corners, rig_.camera, profile_.publish, out.measurements);
+  if (profile_.align.enabled) add_scatter(out.measurements);
   out.measurements.seq = frame.frame.seq;
   out.measurements.t_mid = frame.frame.t_mid;
   out.measurements.t_mid_sigma = frame.frame.t_mid_sigma;
@@ -161,6 +162,12 @@ void Chain::align(FrameOutput& out) {
   aligner_.apply(out.alignment, out.aligned);
   out.aligned.from_nav = true;
   tracker_.nav_update(out.aligned);
+}
+
+/// A corner that is not the surveyed point has an error that its own sharpness does not show.
+void Chain::add_scatter(MeasurementSet& set) const {
+  for (Measurement& m : set.items)
+    if (m.accepted) m.cov_px2 += aligner_.corner_variance_px2(m.feature) * Mat2::Identity();
 }
 
 void Chain::refuse_matches(FrameOutput& out) const {

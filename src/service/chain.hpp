@@ -53,6 +53,7 @@ class Chain {
   void predictions_from_tracks(FrameOutput& out) const;
   void segment(FrameOutput& out);
   void align(FrameOutput& out);
+  void add_scatter(MeasurementSet& set) const;
   void refuse_matches(FrameOutput& out) const;
 
   const Rig& rig_;
