@@ -51,8 +51,9 @@ Vec3 mix(const Vec3& a, const Vec3& b, double t) { return a + (b - a) * t; }
 std::vector<Vec3> lower_column(const WingLower& w, double y) {
   const Vec3 le = w.leading(y), boot = w.boot(y), aft = w.hinge(y), te = w.trailing(y);
   const Vec3 fore = aft - Vec3(0.9, 0, 0);
-  Vec3 nose = mix(le, boot, 0.35);
-  nose.z() = boot.z() + 0.3 * (le.z() - boot.z());
+  // Under the boot the skin is nearly flat, so that the boot's aft edge can be seen from behind; the nose is blunt.
+  Vec3 nose = le + Vec3(0.02 * WingPlan::chord(y), 0, 0);
+  nose.z() = boot.z() + (0.092 - 0.026 * y / 316) * (boot.x() - nose.x());
   return {le, nose, boot, mix(boot, fore, 0.33), mix(boot, fore, 0.66), fore, aft, mix(aft, te, 0.5), te};
 }
 
@@ -118,7 +119,7 @@ struct StabPlan {
   const Points& f;
   [[nodiscard]] double trailing(double y) const { return on_line(f.at(7), f.at(10), y).x(); }
   [[nodiscard]] double chord(double y) const { return y == f.at(1).y() ? (trailing(y) - f.at(1).x()) / 0.65 : (trailing(y) - on_line(f.at(11), f.at(13), y).x()) / 0.915; }
-  [[nodiscard]] double depth(double s, double y) const { return (s < 0.3 ? 0.0349 : s < 0.5 ? 0.04713 : 0.034) * chord(y); }
+  [[nodiscard]] double depth(double s, double y) const { return (s < 0.05 ? 0.0247 : s < 0.3 ? 0.0349 : s < 0.5 ? 0.04713 : 0.034) * chord(y); }
   [[nodiscard]] Vec3 at(double s, double y, double dx = 0) const {
     const double c = chord(y);
     if (s >= 1) return {trailing(y), y, 211};
@@ -140,10 +141,10 @@ void add_stabiliser(MeshBuilder& out, const Points& f, double side) {
   const std::vector<double> ys{0, f.at(7).y(), f.at(11).y(), 26, 60, 99.2, 100, f.at(13).y(), f.at(1).y()};
   MeshBuilder::Rows low, high;
   for (double y : ys) {
-    std::vector<Vec3> column{s.at(0, y), s.at(0.085, y), s.at(0.35, y), s.at(0.35, y, 0.8), s.at(0.716, y, -0.4), s.at(0.716, y, 0.4), s.at(1, y)};
-    if (y == f.at(11).y()) column[1] = f.at(11);
-    if (y == f.at(13).y()) column[1] = f.at(13);
-    if (y == f.at(1).y()) column[2] = f.at(1);
+    std::vector<Vec3> column{s.at(0, y), s.at(0.02, y), s.at(0.085, y), s.at(0.35, y), s.at(0.35, y, 0.8), s.at(0.716, y, -0.4), s.at(0.716, y, 0.4), s.at(1, y)};
+    if (y == f.at(11).y()) column[2] = f.at(11);
+    if (y == f.at(13).y()) column[2] = f.at(13);
+    if (y == f.at(1).y()) column[3] = f.at(1);
     if (y == f.at(7).y()) column.back() = f.at(7);
     if (y == f.at(1).y()) column.back() = f.at(10);
     low.push_back(column);
@@ -152,11 +153,11 @@ void add_stabiliser(MeshBuilder& out, const Points& f, double side) {
   }
   const auto paint = [&](std::size_t i, std::size_t j) {
     const bool horn = ys[i] >= 100;
-    if (ys[i] < 7 && j >= 5) return -1.0;  // the elevators end beside the bullet
-    if (j == 0) return ys[i] >= 9 && ys[i + 1] <= 104 ? kBlack : kWhite;
-    if (j == 2 && ys[i] >= 99) return kGap;
-    if (ys[i] == 99.2 && (j == 3 || j == 4)) return kGap;
-    if (j == 4 && !horn) return kGap;
+    if (ys[i] < 7 && j >= 6) return -1.0;  // the elevators end beside the bullet
+    if (j <= 1) return ys[i] >= 9 && ys[i + 1] <= 104 ? kBlack : kWhite;
+    if (j == 3 && ys[i] >= 99) return kGap;
+    if (ys[i] == 99.2 && (j == 4 || j == 5)) return kGap;
+    if (j == 5 && !horn) return kGap;
     return kWhite;
   };
   add_mirrored(out, low, side, paint, false);

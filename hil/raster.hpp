@@ -12,12 +12,12 @@
 
 namespace cyclops::hil {
 
-/// Light on the body, in counts of the sensor for a white surface that faces it; directions in ECEF-independent NED axes.
+/// Light on the body, in counts of the sensor for a white surface that faces it; directions in NED.
 struct Light {
   Vec3 to_sun_n{0, 0, -1};       ///< unit
-  double sun{2600};              ///< counts
-  double sky{900};               ///< counts, from above
-  double ground{1500};           ///< counts, from below
+  double sun{2000};              ///< counts
+  double sky{1100};               ///< counts, from above
+  double ground{2500};           ///< counts, from below
 };
 
 struct ScreenVertex {
@@ -35,7 +35,7 @@ struct ScreenTriangle {
 /// True when nothing lies nearer than `depth_m` - `margin_m` at that raw pixel. Exact, not on the grid.
 [[nodiscard]] bool is_free(const std::vector<ScreenTriangle>& triangles, const Vec2& raw_px, double depth_m, double margin_m);
 
-/// Adds the triangles to `image` (counts, width x height) which already holds the background.
+/// `columns` x `rows` samples a pixel. Adds the triangles to `image` (counts, width x height) which already holds the background.
 void rasterise(const std::vector<ScreenTriangle>& triangles, int width, int height, int columns, int rows, std::vector<float>& image);
 
 }  // namespace cyclops::hil

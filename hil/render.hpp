@@ -21,7 +21,7 @@ struct Look {
   double electrons_per_count{36.6};
   double read_noise_e{45};
   double black_level{16};        ///< counts
-  int columns{4}, rows{4};       ///< samples in a pixel
+  int columns{4}, rows{16};      ///< samples in a pixel; many rows, for gaps 0.1 px high must not turn into dots
 };
 
 struct View {
