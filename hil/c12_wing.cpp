@@ -129,9 +129,9 @@ struct StabPlan {
 };
 
 /// Bracket of an elevator hinge: a dark wedge below the hinge line; its outboard lower aft corner is the feature.
-void add_bracket(MeshBuilder& out, const Vec3& p) {
+void add_bracket(MeshBuilder& out, const Vec3& p, double side) {
   const std::vector<Vec3> outline{p, p + Vec3(0.5, 0, 2.4), p + Vec3(-5, 0, 2.4)};
-  out.prism(outline, {0, -1.2, 0}, kGrey);
+  out.prism(outline, {0, -1.2 * side, 0}, kBlack);
 }
 
 }  // namespace
@@ -165,9 +165,7 @@ void add_stabiliser(MeshBuilder& out, const Points& f, double side) {
   const std::size_t last = low.size() - 1;
   for (std::size_t j = 0; j + 1 < low[last].size(); ++j)
     out.quad(mirrored(low[last][j], side), mirrored(low[last][j + 1], side), mirrored(high[last][j + 1], side), mirrored(high[last][j], side), kWhite);
-  if (side < 0) return;  // the brackets of the left side are no features; only the right ones are surveyed
-  add_bracket(out, f.at(8));
-  add_bracket(out, f.at(9));
+  for (int id : {8, 9}) add_bracket(out, mirrored(f.at(id), side), side);  // those of the left side are no features, but there
 }
 
 }  // namespace cyclops::hil::c12
