@@ -5,11 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <map>
 #include <sstream>
 
-#include <GeographicLib/Geocentric.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -20,6 +18,7 @@
 #include <cyclops/truth_t.hpp>
 #include <cyclops/tspi_t.hpp>
 
+#include "hil/flight_messages.hpp"
 #include "record/flight.hpp"
 #include "tools/csv.hpp"
 
@@ -36,74 +35,17 @@ constexpr std::int64_t kTspiLatency_ns = 2'000'000;
 constexpr double kLatitude_deg = 35, kLongitude_deg = -118, kHeight_m = 3000, kSpeed_mps = 100;
 constexpr double kRad = 3.14159265358979323846 / 180;
 
-const GeographicLib::Geocentric& earth() { return GeographicLib::Geocentric::WGS84(); }
-
-/// A place on the earth and the rotation of its north-east-down axes.
-struct Local {
-  Vec3 ecef{0, 0, 0};
-  double latitude_deg{0}, longitude_deg{0}, height_m{0};
-  Mat3 R_e_n{Mat3::Identity()};
-};
-
-Mat3 ned_axes(const std::vector<double>& enu) {  // GeographicLib: row-major, columns east north up
-  Mat3 m;
-  for (int i = 0; i < 3; ++i) m.row(i) << enu[static_cast<std::size_t>(3 * i + 1)], enu[static_cast<std::size_t>(3 * i)], -enu[static_cast<std::size_t>(3 * i + 2)];
-  return m;
-}
-
-Local local_from_ecef(const Vec3& p) {
-  Local l;
-  std::vector<double> M(9);
-  earth().Reverse(p.x(), p.y(), p.z(), l.latitude_deg, l.longitude_deg, l.height_m, M);
-  l.ecef = p;
-  l.R_e_n = ned_axes(M);
-  return l;
-}
-
 struct World {  // where the receiver is at service time t
   Vec3 start_ecef, velocity_e;
   Mat3 R_e_r;   // constant: it flies straight
   World() {
-    std::vector<double> M(9);
-    double x = 0, y = 0, z = 0;
-    earth().Forward(kLatitude_deg, kLongitude_deg, kHeight_m, x, y, z, M);
-    start_ecef = {x, y, z};
-    R_e_r = ned_axes(M);
+    const hil::Local at = hil::local_from_geodetic(kLatitude_deg, kLongitude_deg, kHeight_m);
+    start_ecef = at.ecef;
+    R_e_r = at.R_e_n;
     velocity_e = R_e_r.col(0) * kSpeed_mps;
   }
   [[nodiscard]] Vec3 position(std::int64_t t_ns) const { return start_ecef + velocity_e * (static_cast<double>(t_ns) * 1e-9); }
 };
-
-tspi_t tspi_message(int aircraft, std::int64_t t_ns, int seq, const Vec3& position, const Vec3& velocity_e, const Mat3& R_e_b, const Vec3& position_sigma, double attitude_sigma) {
-  const Local at = local_from_ecef(position);
-  tspi_t m{};
-  m.gps_time_ns = kGpsStart_ns + t_ns;
-  m.seq = seq;
-  m.aircraft = static_cast<std::int8_t>(aircraft);
-  m.status = tspi_t::STATUS_GOOD;
-  m.latitude_deg = at.latitude_deg;
-  m.longitude_deg = at.longitude_deg;
-  m.height_m = at.height_m;
-  const Vec3 v = at.R_e_n.transpose() * velocity_e;
-  Eigen::Quaterniond q(Mat3(at.R_e_n.transpose() * R_e_b));
-  q.normalize();
-  const double w[4] = {q.w(), q.x(), q.y(), q.z()};
-  std::copy(w, w + 4, m.q_n_b);
-  for (int i = 0; i < 3; ++i) {
-    m.velocity_ned_mps[i] = v[i];
-    m.position_sigma_m[i] = position_sigma[i];
-    m.velocity_sigma_mps[i] = 0.05;
-    m.attitude_sigma_rad[i] = attitude_sigma;
-  }
-  return m;
-}
-
-template <class M>
-Result<> put(FlightWriter& out, std::int64_t arrival_ns, const char* channel, const M& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return out.message(Time{kServiceStart_ns + arrival_ns}, channel, bytes.data(), bytes.size());
-}
 
 Result<Intrinsics> read_camera(const std::string& path) {
   std::ifstream in(path);
@@ -237,12 +179,6 @@ int nav_interval(const std::vector<PriorPose>& prior) {
   return interval < 1 ? 1 : static_cast<int>(interval);
 }
 
-struct Pending {  // a message that waits for its turn in the order of arrival
-  std::int64_t arrival_ns;
-  int order;
-  std::function<Result<>()> write;
-};
-
 }  // namespace
 
 Result<std::vector<PriorPose>> read_prior(const std::string& path, double rate_hz) {
@@ -345,17 +281,15 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
   const World world;
   const Mat3 R_c_r = camera_from_receiver({}).matrix();
   const Eigen::DiagonalMatrix<double, 3> flip(-1, 1, -1);
-  std::vector<Pending> pending;
-  const auto later = [&](std::int64_t arrival, std::function<Result<>()> write) {
-    pending.push_back({arrival, static_cast<int>(pending.size()), std::move(write)});
-  };
+  hil::ArrivalQueue messages;
+  const auto later = [&](std::int64_t arrival, const char* channel, const auto& message) { messages.add(kServiceStart_ns + arrival, channel, message); };
   const auto mark = [&](std::int64_t t) {
     time_mark_t m{};
     m.service_time_ns = kServiceStart_ns + t;
     m.gps_time_ns = kGpsStart_ns + t;
     m.sigma_ns = 1000;
     m.source = time_mark_t::RECORDED;
-    later(t, [&out, m, t] { return put(out, t, "TIME_MARK", m); });
+    later(t, "TIME_MARK", m);
   };
   const std::int64_t begin = prior->front().t_ns - 100'000'000;
   for (std::int64_t t = begin; t < prior->back().t_ns; t += 1'000'000'000) mark(t);
@@ -386,7 +320,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
     edge.service_time_ns = kServiceStart_ns + start;
     edge.line_seq = id;
     edge.edge = strobe_edge_t::RISING;
-    later(start, [&out, edge, start] { return put(out, start, "STROBE", edge); });
+    later(start, "STROBE", edge);
 
     // T_r_k = T_c_r^-1 T_c_m T_m_k, with p_m = flip p_k + middle.
     const double depth = (p.T_c_m * Point<frame::M>(middle)).xyz.z();
@@ -397,11 +331,11 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
     const double turn = 0.5 * lateral / std::max(radius, 1e-9);
     const Vec3 here = world.position(p.t_ns);
     const int seq = static_cast<int>(i);
-    const tspi_t receiver = tspi_message(0, p.t_ns, seq, here, world.velocity_e, world.R_e_r, Vec3::Constant(1e-6), 1e-7);
-    const tspi_t tanker = tspi_message(1, p.t_ns, seq, here + world.R_e_r * t_r_k, world.velocity_e, world.R_e_r * R_r_k, {3 * lateral, lateral, lateral}, std::min(turn, 0.5));
+    hil::AircraftState receiver{here, world.velocity_e, world.R_e_r, Vec3::Zero(), Vec3::Constant(1e-6), 0.05, Vec3::Constant(1e-7)};
+    hil::AircraftState tanker{here + world.R_e_r * t_r_k, world.velocity_e, world.R_e_r * R_r_k, Vec3::Zero(), {3 * lateral, lateral, lateral}, 0.05, Vec3::Constant(std::min(turn, 0.5))};
     const std::int64_t heard = p.t_ns + kTspiLatency_ns;
-    later(heard, [&out, receiver, heard] { return put(out, heard, "TSPI_RECEIVER", receiver); });
-    later(heard, [&out, tanker, heard] { return put(out, heard, "TSPI_TANKER", tanker); });
+    later(heard, "TSPI_RECEIVER", hil::tspi_message(0, kGpsStart_ns + p.t_ns, seq, receiver));
+    later(heard, "TSPI_TANKER", hil::tspi_message(1, kGpsStart_ns + p.t_ns, seq, tanker));
 
     frame_index_t index{};
     index.seq = id;
@@ -417,7 +351,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
     index.height_px = static_cast<std::int16_t>(k->height);
     index.recorded_in = "frames.lcm";
     index.recorded_at = *number;
-    later(arrival, [&out, index, arrival] { return put(out, arrival, "FRAME", index); });
+    later(arrival, "FRAME", index);
 
     if (const auto it = truth.find(p.frame); it != truth.end()) {
       truth_t t{};
@@ -430,12 +364,11 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
         t.v_px.push_back(point.v);
         t.visible.push_back(static_cast<std::int8_t>(point.visible));
       }
-      later(arrival, [&out, t, arrival] { return put(out, arrival, "TRUTH", t); });
+      later(arrival, "TRUTH", t);
     }
     ++report.frames;
   }
-  std::stable_sort(pending.begin(), pending.end(), [](const Pending& a, const Pending& b) { return a.arrival_ns < b.arrival_ns; });
-  for (const Pending& p : pending) CYCLOPS_TRY(p.write());
+  CYCLOPS_TRY(messages.write(out));
   CYCLOPS_TRY(out.text("tanker.csv", *features_text));
   CYCLOPS_TRY(out.text("rig.toml", rig_toml(*k, middle, std::round(1e6 / period_s) * 1e-6, report.sixteen_bit)));
   FlightManifest manifest;
