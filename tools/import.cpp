@@ -32,19 +32,22 @@ constexpr std::int64_t kCameraStart_ns = 77'000'000'000;          // camera cloc
 constexpr std::int64_t kExposure_ns = 1'000'000;
 constexpr std::int64_t kReadout_ns = 8'000'000;                   // end of exposure to last packet
 constexpr std::int64_t kTspiLatency_ns = 2'000'000;
+constexpr double kMaxTimestamp_s = 2.5e9;                         // seconds since 1970 until 2049
+constexpr std::int64_t kLongest_ns = 3'600'000'000'000;           // the receiver flies straight on while the earth curves away
 constexpr double kLatitude_deg = 35, kLongitude_deg = -118, kHeight_m = 3000, kSpeed_mps = 100;
 constexpr double kRad = 3.14159265358979323846 / 180;
 
-struct World {  // where the receiver is at service time t
+struct World {  // where the receiver is at timestamp t
+  std::int64_t start_ns;
   Vec3 start_ecef, velocity_e;
   Mat3 R_e_r;   // constant: it flies straight
-  World() {
+  explicit World(std::int64_t first_frame_ns) : start_ns(first_frame_ns) {
     const hil::Local at = hil::local_from_geodetic(kLatitude_deg, kLongitude_deg, kHeight_m);
     start_ecef = at.ecef;
     R_e_r = at.R_e_n;
     velocity_e = R_e_r.col(0) * kSpeed_mps;
   }
-  [[nodiscard]] Vec3 position(std::int64_t t_ns) const { return start_ecef + velocity_e * (static_cast<double>(t_ns) * 1e-9); }
+  [[nodiscard]] Vec3 position(std::int64_t t_ns) const { return start_ecef + velocity_e * (static_cast<double>(t_ns - start_ns) * 1e-9); }
 };
 
 Result<Intrinsics> read_camera(const std::string& path) {
@@ -54,8 +57,11 @@ Result<Intrinsics> read_camera(const std::string& path) {
   try {
     in >> j;
     Intrinsics k;
-    k.width = j.at("width").get<int>();
-    k.height = j.at("height").get<int>();
+    const double width = j.at("width").get<double>(), height = j.at("height").get<double>();
+    for (const double side : {width, height})
+      if (!(side >= 16 && side <= kMaxImageSide) || side != std::floor(side)) return make_error(ErrorCode::kInvalid, path, "width and height must be whole numbers from 16 to 4096");
+    k.width = static_cast<int>(width);
+    k.height = static_cast<int>(height);
     k.fx_px = j.at("fx").get<double>();
     k.fy_px = j.at("fy").get<double>();
     k.cx_px = j.at("cx").get<double>();
@@ -65,8 +71,6 @@ Result<Intrinsics> read_camera(const std::string& path) {
     k.p1 = j.value("p1", 0.0);
     k.p2 = j.value("p2", 0.0);
     k.k3 = j.value("k3", 0.0);
-    if (k.width < 16 || k.height < 16 || k.width > kMaxImageSide || k.height > kMaxImageSide)
-      return make_error(ErrorCode::kInvalid, path, "image of " + std::to_string(k.width) + " x " + std::to_string(k.height) + " px, expected 16 to 4096 a side");
     if (!(k.fx_px > 0) || !(k.fy_px > 0)) return make_error(ErrorCode::kInvalid, path, "fx and fy must be above 0");
     return k;
   } catch (const nlohmann::json::exception& e) {
@@ -96,7 +100,11 @@ std::int64_t number_of(const std::string& path) {
 }
 
 Result<cv::Mat> read_image(const std::string& path, const Intrinsics& k, bool& colour) {
-  cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  cv::Mat image;
+  try {
+    image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {  // a header that speaks of more pixels than OpenCV allows
+  }
   if (image.empty()) return make_error(ErrorCode::kCorrupt, path, "is no picture that can be read");
   if (image.channels() != 1) {
     colour = true;
@@ -141,6 +149,7 @@ Result<TruthByFrame> read_truth(const std::string& path) {
       if (*w < 0 || *w > 2) return make_error(ErrorCode::kCorrupt, csv->where(i), "visible is " + std::to_string(*w) + ", expected 0, 1 or 2");
       visible = *w;
     }
+    if (*id < INT32_MIN || *id > INT32_MAX) return make_error(ErrorCode::kCorrupt, csv->where(i), "id is " + std::to_string(*id) + ", expected a 32-bit number");
     out[*frame].push_back({static_cast<std::int32_t>(*id), *x, *y, static_cast<int>(visible)});
   }
   return out;
@@ -212,7 +221,9 @@ Result<std::vector<PriorPose>> read_prior(const std::string& path, double rate_h
       if (!t.ok()) return t.error();
       t_s = *t;
     }
+    if (std::fabs(t_s) > kMaxTimestamp_s) return make_error(ErrorCode::kCorrupt, csv->where(r), "timestamp_s is " + std::to_string(t_s) + ", expected at most " + std::to_string(kMaxTimestamp_s) + " from 0");
     p.t_ns = static_cast<std::int64_t>(std::llround(t_s * 1e9));
+    if (!out.empty() && p.t_ns - out.front().t_ns > kLongest_ns) return make_error(ErrorCode::kUnsupported, csv->where(r), "more than an hour after the first pose");
     if (!out.empty() && p.t_ns <= out.back().t_ns) return make_error(ErrorCode::kCorrupt, csv->where(r), "time does not go on: " + std::to_string(t_s) + " s after " + std::to_string(static_cast<double>(out.back().t_ns) * 1e-9) + " s");
     if (!out.empty() && p.frame <= out.back().frame) return make_error(ErrorCode::kCorrupt, csv->where(r), "frame " + std::to_string(p.frame) + " after frame " + std::to_string(out.back().frame));
     if (csv->has("nav_update")) {
@@ -278,7 +289,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
   auto created = FlightWriter::create(options.out, options.replace);
   if (!created.ok()) return created.error();
   FlightWriter out = std::move(created).value();
-  const World world;
+  const World world(prior->front().t_ns);
   const Mat3 R_c_r = camera_from_receiver({}).matrix();
   const Eigen::DiagonalMatrix<double, 3> flip(-1, 1, -1);
   hil::ArrivalQueue messages;

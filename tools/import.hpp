@@ -4,7 +4,8 @@
 /// Folder     frames/*.png|pgm (8 or 16 bits a sample), camera.json, features.csv (id, x_m, y_m, z_m, [label], [normals]),
 ///            prior*.csv (frame, timestamp_s, x, y, z, qw, qx, qy, qz, nav_update): the model in the camera frame,
 ///            X_c = R(q) X_m + t, camera right-down-forward; optional truth.csv (frame, id, u_px, v_px, visible 0, 1, 2 = do not score).
-/// Receiver   flies north at 100 m/s over 35 N 118 W, level; the camera looks along its nose from its INS.
+/// Receiver   flies north at 100 m/s from 35 N 118 W, level at the first frame; the camera looks along its nose from its INS.
+///            An hour at most, as it flies straight and the earth does not.
 /// Tanker     its INS is the mean of the features; one TSPI sample of each aircraft at each frame's mid-exposure time.
 /// Sigmas     of the prior: `prior_sigma_px` on the image, three times that in depth, half of it in rotation at the tanker's
 ///            radius. 0: estimated from the scatter of the prior itself, see estimate_sigma_px.

@@ -45,6 +45,7 @@ struct AlignConfig {
   double search_most_px{60};      ///< but no further
   double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
   static Result<AlignConfig> read(ConfigTable& table);
+  bool operator==(const AlignConfig&) const = default;
 };
 
 class Aligner {

@@ -34,6 +34,7 @@ struct AssociateConfig {
 
   /// `table` is [associate]; range errors are collected there.
   [[nodiscard]] static Result<AssociateConfig> read(ConfigTable& table);
+  bool operator==(const AssociateConfig&) const = default;
 };
 
 /// Sums since construction.

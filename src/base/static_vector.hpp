@@ -1,5 +1,6 @@
 #pragma once
 /// A vector whose room is part of its type: no heap, and a full one says so instead of growing.
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -41,6 +42,7 @@ class StaticVector {
   const T& front() const { return (*this)[0]; }
   T& back() { return (*this)[size_ - 1]; }
   const T& back() const { return (*this)[size_ - 1]; }
+  friend bool operator==(const StaticVector& a, const StaticVector& b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
 
  private:
   std::array<T, N> items_{};

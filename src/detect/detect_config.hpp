@@ -54,6 +54,7 @@ struct DetectConfig {
   [[nodiscard]] static DetectConfig thesis();
   /// "mode" chooses the defaults of the other keys.
   [[nodiscard]] static Result<DetectConfig> read(ConfigTable& table);
+  bool operator==(const DetectConfig&) const = default;
 };
 
 }  // namespace cyclops

@@ -30,6 +30,7 @@ struct EstimateConfig {
 
   /// `table` is [estimate]; range errors are collected there.
   [[nodiscard]] static Result<EstimateConfig> read(ConfigTable& table);
+  bool operator==(const EstimateConfig&) const = default;
 };
 
 /// One prediction for every feature, in the order of the model. A disabled feature is projected too; behind the camera, and where

@@ -9,6 +9,7 @@ namespace cyclops {
 namespace {
 
 constexpr char kMagic[8] = {'C', 'Y', 'C', 'W', 'I', 'N', 'D', '1'};
+constexpr std::size_t kHead = 24;  // magic, rows, columns, step
 constexpr int kMaxSide = 8192;
 
 struct Cell {
@@ -87,11 +88,17 @@ Result<Windscreen> Windscreen::load(const std::string& path) {
   if (size[0] < 2 || size[1] < 2 || size[0] > kMaxSide || size[1] > kMaxSide)
     return make_error(ErrorCode::kCorrupt, path, "grid is " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + ", expected 2 to 8192 a side");
   const auto n = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
+  const auto expected = static_cast<std::int64_t>(kHead + 2 * n * sizeof(float));
+  in.seekg(0, std::ios::end);
+  const auto there = static_cast<std::int64_t>(in.tellg());
+  if (there != expected)  // before any memory is taken on the word of the header
+    return make_error(there < expected ? ErrorCode::kTruncated : ErrorCode::kCorrupt, path,
+                      "has " + std::to_string(there) + " bytes, expected " + std::to_string(expected) + " for a grid of " + std::to_string(size[0]) + " x " + std::to_string(size[1]));
+  in.seekg(kHead);
   std::vector<float> du(n), dv(n);
   in.read(reinterpret_cast<char*>(du.data()), static_cast<std::streamsize>(n * sizeof(float)));
   in.read(reinterpret_cast<char*>(dv.data()), static_cast<std::streamsize>(n * sizeof(float)));
-  if (!in) return make_error(ErrorCode::kTruncated, path, "ends before the " + std::to_string(2 * n) + " values it announces");
-  if (in.peek() != std::ifstream::traits_type::eof()) return make_error(ErrorCode::kCorrupt, path, "goes on after its last value");
+  if (!in) return make_error(ErrorCode::kIo, path, "cannot be read");
   auto w = from_grids(size[0], size[1], step, std::move(du), std::move(dv));
   if (!w.ok()) return make_error(w.error().code, path, w.error().what);
   return w;

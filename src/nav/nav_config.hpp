@@ -12,6 +12,7 @@ namespace cyclops {
 struct DropoutWindow {
   double start_s{0};
   double end_s{0};
+  bool operator==(const DropoutWindow&) const = default;
 };
 inline constexpr std::size_t kMaxDropouts = 32;
 
@@ -35,6 +36,7 @@ struct NavConfig {
   static Result<NavConfig> read(ConfigTable& nav);
   /// The same checks for a config made in code; `where` is "nav.<key>".
   [[nodiscard]] Result<> validated() const;
+  bool operator==(const NavConfig&) const = default;
 };
 
 /// From the point a TSPI report speaks about to the INS reference point, body axes (forward right down), m.

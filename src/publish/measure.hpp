@@ -24,6 +24,7 @@ struct PublishConfig {
 
   /// `table` is [publish]; range errors are collected there.
   [[nodiscard]] static Result<PublishConfig> read(ConfigTable& table);
+  bool operator==(const PublishConfig&) const = default;
 };
 
 /// `predicted`: the tracks as association saw them. matches[i] belongs to predicted[i].

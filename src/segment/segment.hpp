@@ -27,6 +27,7 @@ struct SegmentConfig {
   bool merge_overlapping{true};  ///< off: single-linkage boxes as they are, which may overlap (thesis)
   /// Table "segment": buffer_px, link_px, merge_overlapping. link_px follows buffer_px when it is not given.
   [[nodiscard]] static Result<SegmentConfig> read(ConfigTable& table);
+  bool operator==(const SegmentConfig&) const = default;
 };
 
 /// What lies around a feature must fit into the buffer, or a corner in its gate would fall into the dropped border:

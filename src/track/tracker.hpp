@@ -45,6 +45,7 @@ struct TrackConfig {
 
   /// `table` is [track]; range errors are collected there.
   [[nodiscard]] static Result<TrackConfig> read(ConfigTable& table);
+  bool operator==(const TrackConfig&) const = default;
 };
 
 /// Sums since construction.

@@ -1,3 +1,4 @@
+// sources: hil/gige_registers.cpp hil/gige_writes.cpp hil/gige_xml.cpp hil/gvcp.cpp hil/gvsp.cpp src/base src/capture/camera_config.cpp
 // The control protocol of the bench camera on any bytes: the input is a row of packets, each after its length.
 #include <algorithm>
 #include <cstddef>

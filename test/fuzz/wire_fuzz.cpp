@@ -1,3 +1,4 @@
+// sources: src/wire src/base
 // Every decoder of src/wire under arbitrary bytes: the first byte selects one, the rest is the message. What a decoder
 // accepts must be within its limits and survive being encoded and decoded again.
 #include <cstdint>

@@ -1,0 +1,66 @@
+// sources: src/base src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_source.cpp src/capture/strobe_gpiod.cpp src/capture/strobe_socket.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/associate src/track src/publish
+// Any bytes as each file an operator can put in front of the service: a profile, a rig, a tanker model, a windscreen.
+// What is accepted must be fit for use: the model is projected through the camera and back.
+#include <cmath>
+
+#include "service/profile.hpp"
+#include "service/rig.hpp"
+#include "test/fuzz/memory_file.hpp"
+
+using namespace cyclops;  // NOLINT
+
+namespace {
+
+void must(bool good) {
+  if (!good) std::abort();
+}
+
+void use(const TankerModel& model, const Camera& camera) {
+  for (const Feature& f : model.features()) {
+    must(f.p_m.xyz.allFinite() && model.in_body(f).xyz.allFinite() && std::isfinite(f.sigma_m) && f.sigma_m >= 0);
+    for (const Vec3& n : f.normals_m) must(std::fabs(n.norm() - 1) < 1e-6);
+    const Point<frame::C> p(f.p_m.xyz + Vec3(0, 0, 20));
+    Eigen::Matrix<double, 2, 3> jacobian;
+    if (const auto uv = camera.project(p, jacobian)) {
+      must(uv->allFinite() && jacobian.allFinite());
+      if (camera.inside(*uv)) (void)camera.z_point_m(camera.ideal_from_raw(*uv));
+    }
+  }
+}
+
+void try_windscreen(const std::string& path) {
+  const auto screen = Windscreen::load(path);
+  if (!screen.ok()) return must(!screen.error().what.empty());
+  for (const double u : {-1e9, 0.0, 0.5, 100.25, 1e9}) {
+    must(screen->delta({u, -u}).allFinite());
+    (void)screen->undistort({u, 3});
+    (void)screen->delta_jacobian({u, 3});
+  }
+}
+
+void try_rig(const std::string& path) {
+  static const TankerModel one = TankerModel::parse("id,x,y,z\n1,0,0,0\n2,1,2,3\n", "one", 1, Vec3::Zero()).value();
+  const auto rig = Rig::load(path);
+  if (!rig.ok()) return must(!rig.error().message().empty());
+  must(rig->stamper.validated().ok());
+  must(rig->device.period().ns > 0 && rig->lens.xyz.allFinite());
+  (void)validated(rig->device).ok();
+  use(rig->tanker, rig->camera);
+  use(one, rig->camera);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static fuzz::MemoryFile file("config");
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  // A rig may name any file of the machine: here only a tanker that is there, so that devices are left alone.
+  if (text.find("/dev") != std::string::npos || text.find("..") != std::string::npos) return 0;
+  const std::string& path = file.holding(data, size);
+  if (const auto profile = Profile::load(path); profile.ok()) must(profile->nav.validated().ok());
+  try_rig(path);
+  try_windscreen(path);
+  const auto model = TankerModel::parse(text, "tanker", 0.0254, {190, 0, 95});
+  if (model.ok()) use(*model, Camera({}, {}));
+  return 0;
+}

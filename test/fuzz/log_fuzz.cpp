@@ -1,0 +1,94 @@
+// sources: src/record src/wire src/base
+// Any bytes as an event log, then as the two logs and the manifest of a flight. What is read whole must be the same when it
+// is skimmed, and must come back when it is written.
+#include <filesystem>
+#include <fstream>
+
+#include "record/flight.hpp"
+#include "test/fuzz/memory_file.hpp"
+
+using namespace cyclops;  // NOLINT
+
+namespace {
+
+void must(bool good) {
+  if (!good) std::abort();
+}
+
+void try_log(const std::string& path, std::size_t size) {
+  auto read = record::EventLog::open(path), skim = record::EventLog::open(path);
+  must(read.ok() && skim.ok());
+  record::LogEvent a, b;
+  for (std::int64_t sum = 0;;) {
+    std::uint32_t bytes = 0;
+    const auto more = read->next(a), again = skim->skim(b, bytes);
+    must(more.ok() == again.ok() || (more.ok() && *more) == false);
+    must(a.data.capacity() <= 2 * size + 64);  // no memory on the word of a length
+    if (!more.ok()) return must(!more.error().what.empty());
+    if (!*more) return must(sum == static_cast<std::int64_t>(size));
+    must(*again && a.offset == b.offset && a.channel == b.channel && bytes == a.data.size());
+    sum += 28 + static_cast<std::int64_t>(a.channel.size() + a.data.size());
+    must(sum <= static_cast<std::int64_t>(size));
+  }
+}
+
+struct Folder {
+  std::string path;
+  Folder() {
+    char name[] = "/tmp/cyclops-fuzz-XXXXXX";
+    must(mkdtemp(name) != nullptr);
+    path = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  void put(const char* name, const void* data, std::size_t size) const {
+    std::ofstream(path + "/" + name, std::ios::binary).write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
+  }
+};
+
+void try_flight(const Folder& folder, std::size_t size, std::int64_t frames, const std::uint8_t* data, bool own_manifest) {
+  folder.put("messages.lcm", data, size);
+  folder.put("frames.lcm", data, size);
+  folder.put("rig.toml", "", 0);
+  const std::string n = std::to_string(size);
+  const std::string manifest = "format = \"cyclops-flight-1\"\nframes = " + std::to_string(frames) + "\n[files]\n\"messages.lcm\" = " + n + "\n\"frames.lcm\" = " + n + "\n\"rig.toml\" = 0\n";
+  if (own_manifest) folder.put("manifest.toml", data, size);
+  else folder.put("manifest.toml", manifest.data(), manifest.size());
+  auto flight = FlightReader::open(folder.path);
+  if (!flight.ok()) return must(!flight.error().message().empty());
+  record::LogEvent event;
+  while (true) {
+    const auto more = flight->next(event);
+    if (!more.ok() || !*more) break;
+  }
+  (void)flight->seek(Time{static_cast<std::int64_t>(size) * 1000}).ok();
+  std::vector<std::uint8_t> memory;
+  FlightFrame frame;
+  std::uint64_t sum = 0;
+  for (std::int64_t i = -1; i <= frames; ++i)
+    if (flight->frame(i, memory, frame).ok() && frame.image.data != nullptr)
+      for (int v = 0; v < frame.image.height; ++v) sum += frame.image.row8(v)[frame.image.width * bytes_per_pixel(frame.image.format) - 1];
+  static volatile std::uint64_t keep;
+  keep = sum;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static fuzz::MemoryFile file("log");
+  static const Folder folder;
+  try_log(file.holding(data, size), size);
+  std::int64_t frames = 0;
+  auto log = record::EventLog::open(file.path());
+  record::LogEvent event;
+  for (std::uint32_t bytes = 0;; ++frames) {
+    const auto more = log->skim(event, bytes);
+    if (!more.ok()) frames = -1;
+    if (!more.ok() || !*more) break;
+  }
+  if (frames > 0) try_flight(folder, size, frames, data, false);
+  if (size > 0 && size < 600 && (data[0] == 'f' || data[0] == '[' || data[0] == '#')) try_flight(folder, size, 1, data, true);
+  return 0;
+}
