@@ -86,8 +86,6 @@ void add_fin(MeshBuilder& out, const Points& f) {
   add_plate(out, {408, 0, 142}, {521, 0, 124}, {507, 0, 209}, {462, 0, 209}, 3.4, kWhite);
   add_plate(out, {350, 0, 147}, {430, 0, 139}, {430, 0, 165}, {408, 0, 150}, 1.2, kWhite);       // dorsal fillet
   add_plate(out, {425, 0, 96}, {495, 0, 112}, {500, 0, 97}, {452, 0, 95}, 1.0, kWhite);          // ventral fin
-  for (double side : {-1.0, 1.0})                                                              // rudder gap
-    out.quad({493, side * 1.55, 128}, {494, side * 1.5, 128}, {491.4, side * 2.05, 206}, {490.4, side * 2.15, 206}, kGap);
   add_bullet(out, f.at(6), f.at(2));
   for (int id : {5, 12}) {  // VOR blades: horizontal plates, one edge all round
     const Vec3 p = f.at(id);
