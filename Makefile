@@ -121,7 +121,10 @@ unit: $(B)/test/unit-tests ## unit and property tests only
 integration: all $(B)/test/integration-tests ## tests over real GVSP packets and LCM multicast
 	@test/in-netns.sh $(B)/test/integration-tests --gtest_brief=1
 bench: $(B)/bin/bench ## time per stage beside OpenCV, in one run
-	@$(B)/bin/bench
+	@$(B)/bin/bench $(BENCH)
+.PHONY: callgrind
+callgrind: $(B)/bin/bench ## instructions a pixel of the corner kernel (needs valgrind)
+	@test/bench/callgrind.sh $(B)
 
 # --- sanitizers, coverage, fuzzing -------------------------------------------------------------------------------
 asan ubsan tsan: ## all tests and the whole pipeline under a sanitizer

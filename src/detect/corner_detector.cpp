@@ -135,7 +135,8 @@ std::size_t CornerDetector::keep_strongest(T* items, std::size_t n, std::size_t 
   };
   const auto first = order_.begin(), last = first + static_cast<std::ptrdiff_t>(n), kept = first + static_cast<std::ptrdiff_t>(room);
   for (std::uint32_t i = 0; i < n; ++i) order_[i] = i;
-  std::nth_element(first, kept, last, [&](std::uint32_t a, std::uint32_t b) { return measure(a) != measure(b) ? measure(a) > measure(b) : a < b; });
+  const auto stronger = [&](std::uint32_t a, std::uint32_t b) { return measure(a) != measure(b) ? measure(a) > measure(b) : a < b; };
+  std::nth_element(first, kept, last, stronger);
   std::sort(first, kept);
   for (std::size_t i = 0; i < room; ++i) items[i] = items[order_[i]];
   out.overflow += static_cast<std::uint32_t>(n - room);

@@ -79,7 +79,9 @@ KernelResult CornerKernel::run(const KernelJob& job, std::span<Peak> peaks, floa
 }
 
 CornerKernel::Strip CornerKernel::strip_at(const KernelJob& job, int u) const {
-  const auto span = [&](int first, int n) { return Span{first, n, std::max(job.domain.u0 - first, 0), std::min(job.domain.u1 - first, n)}; };
+  const auto span = [&](int first, int n) {
+    return Span{first, n, std::max(job.domain.u0 - first, 0), std::min(job.domain.u1 - first, n)};
+  };
   const int end = std::min(u + kStrip, job.measure.u1), half = config_.half;
   const int m0 = std::max(u - config_.radius, job.measure.u0), n = std::min(end + config_.radius, job.measure.u1) - m0;
   return {u, end, m0, n, span(m0 - half - 1, n + 2 * half + 2), span(m0 - half, n + 2 * half)};
@@ -101,7 +103,8 @@ void CornerKernel::run_strip(const KernelJob& job, const Strip& strip, std::span
       result.sum += rows::sum(row + sum0, sum1 - sum0);
       result.pixels += sum1 - sum0;
     }
-    if (picture != nullptr) std::copy(row + strip.own0, row + strip.own1, picture + static_cast<std::ptrdiff_t>(v - v0) * (u1 - u0) + strip.own0 - u0);
+    if (picture != nullptr)
+      std::copy(row + strip.own0, row + strip.own1, picture + static_cast<std::ptrdiff_t>(v - v0) * (u1 - u0) + strip.own0 - u0);
     search(job, strip, v - config_.radius, peaks, result);
   }
   for (int v = v1 - config_.radius; v < v1; ++v) {  // below the last row there is nothing
@@ -119,7 +122,8 @@ void CornerKernel::start(const Strip& strip) {
   const auto lowest = [&](Row& row) { return std::fill_n(row.data(), lanes::round_up(strip.columns), kLowest), row.data(); };
   fill(pixel_ring_, pixel_, 3, [](Row& row) { return row.data(); });
   fill(product_ring_, product_, 2 * config_.half + 1, [](Triple& kinds) { return kinds[0].data(); });
-  fill(measured_ring_, measured_, config_.radius + 1, [](Measured& m) { return std::fill_n(m.value.data(), kPad, kLowest), m.value.data(); });
+  fill(measured_ring_, measured_, config_.radius + 1,
+       [](Measured& m) { return std::fill_n(m.value.data(), kPad, kLowest), m.value.data(); });
   fill(around_ring_, around_, config_.radius, lowest);
   fill(stack_ring_, stack_, config_.radius + 2, lowest);
 }

@@ -67,7 +67,8 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   const auto wanted = [&](const char* name) {
-    return argc < 2 || std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::strcmp(a, name) == 0; });
+    if (argc < 2) return std::strncmp(name, "once", 4) != 0;  // those are for callgrind
+    return std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::strcmp(a, name) == 0; });
   };
   auto all = cyclops::bench::registry();
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return std::strcmp(a.first, b.first) < 0; });

@@ -4,7 +4,8 @@ set -eu
 b=$1; out=$(mktemp -d); trap 'rm -rf "$out"' EXIT
 full=$((1024 * 1024)); boxes=$((28 * 61 * 61))
 one() {  # one NAME PIXELS WHAT
-  valgrind --tool=callgrind --toggle-collect='cyclops::CornerKernel::run(*' --callgrind-out-file="$out/$1" "$b/bin/bench" "$1" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
+  valgrind --tool=callgrind --toggle-collect='cyclops::CornerKernel::run(*' --callgrind-out-file="$out/$1" \
+    "$b/bin/bench" "$1" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
   awk -v px="$2" -v what="$3" '/^summary:|^totals:/ { printf "  %-44s %6.1f instructions a pixel\n", what, $2 / px; exit }' "$out/$1"
 }
 one once_full $full "full frame, 7 taps, 8 bit"

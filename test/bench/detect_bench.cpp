@@ -129,7 +129,8 @@ BENCH(subpixel) {
   detect.detect(view(image), nullptr, boxes_of(28), *corners);
   std::vector<cv::Point2f> starts;
   for (const Corner& c : corners->items) starts.emplace_back(static_cast<float>(c.uv_px.x()), static_cast<float>(c.uv_px.y()));
-  bench::Race race("sub-pixel refinement of " + std::to_string(starts.size()) + " corners, 8 bit", static_cast<double>(starts.size()), "us/corner", 1e-6);
+  bench::Race race("sub-pixel refinement of " + std::to_string(starts.size()) + " corners, 8 bit",
+                   static_cast<double>(starts.size()), "us/corner", 1e-6);
   SubpixelRefiner refiner({});
   race.add("cyclops, window 4, with covariance", [&] {
     for (const cv::Point2f& p : starts) bench::keep(refiner.refine(view(image), static_cast<int>(p.x), static_cast<int>(p.y), 4));

@@ -5,33 +5,18 @@
 #include <memory>
 #include <numbers>
 
-#include "detect/pixel_noise.hpp"
 #include "test/detect/images.hpp"
 
 namespace cyclops {
 namespace {
 
-std::unique_ptr<CornerSet> detect(const DetectConfig& config, const test::Image& image, const SubImageSet& boxes, const RowMask* missing = nullptr) {
+std::unique_ptr<CornerSet> detect(const DetectConfig& config, const test::Image& image, const SubImageSet& boxes,
+                                  const RowMask* missing = nullptr) {
   auto out = std::make_unique<CornerSet>();
   std::make_unique<CornerDetector>(config, image.width, image.height)->detect(image.view(), missing, boxes, *out);
   return out;
 }
 SubImageSet whole(const test::Image& image) { return {{0, 0, image.width, image.height, 1}}; }
-
-/// Sky of 1000 counts with noise, one bright wedge for each apex; 12 bits.
-test::Image sky_with_wedges(int side, const std::vector<test::Wedge>& wedges, double noise, test::Random& random, PixelFormat format = PixelFormat::kMono12) {
-  const test::WedgePainter painter(0.5);
-  std::normal_distribution<double> gauss(0, noise);
-  test::Image image(side, side, format);
-  const double scale = (image.largest() + 1) / 4096.0;
-  image.fill([&](int u, int v) {
-    double value = 1000;
-    for (const auto& w : wedges)
-      if (std::hypot(u - w.u, v - w.v) < 18) value += 1200 * painter.share(w, u, v);
-    return static_cast<int>(std::lround(std::clamp(scale * (value + gauss(random)), 0.0, static_cast<double>(image.largest()))));
-  });
-  return image;
-}
 
 const Corner* nearest(const CornerSet& corners, double u, double v, double within) {
   const Corner* best = nullptr;
@@ -70,7 +55,9 @@ TEST(CornerDetector, TheThresholdIsTheMeanTheSpecStates) {
     config.threshold_factor = threshold / mean;
     return detect(config, image, whole(image))->items.size();
   };
-  for (const auto& [over, mean] : {std::pair{MeanOver::kInterior, 125.338091}, {MeanOver::kClearedBox, 34.389816}, {MeanOver::kBox, 88.704774}}) {
+  const std::pair<MeanOver, double> stated[] = {
+      {MeanOver::kInterior, 125.338091}, {MeanOver::kClearedBox, 34.389816}, {MeanOver::kBox, 88.704774}};
+  for (const auto& [over, mean] : stated) {
     EXPECT_EQ(found(over, 1959.55, mean), 1U);
     EXPECT_EQ(found(over, 1959.57, mean), 0U);
   }
@@ -93,8 +80,9 @@ TEST(CornerDetector, RefinedModeMeetsNoiseWithAnHonestCovariance) {
   for (int trial = 0; trial < 12; ++trial) {
     std::vector<test::Wedge> wedges;
     for (int i = 0; i < 16; ++i)
-      wedges.push_back({40.0 + 60 * (i % 4) + unit(random), 40.0 + 60 * (i / 4) + unit(random), 6 * unit(random), (90 + 60 * unit(random)) / 2 * std::numbers::pi / 180});
-    const auto image = sky_with_wedges(260, wedges, 20, random);
+      wedges.push_back({40.0 + 60 * (i % 4) + unit(random), 40.0 + 60 * (i / 4) + unit(random), 6 * unit(random),
+                        (90 + 60 * unit(random)) / 2 * std::numbers::pi / 180});
+    const auto image = test::sky_with_wedges(260, wedges, 20, random);
     const auto corners = detect({}, image, whole(image));
     for (const auto& w : wedges) {
       ++wedges_drawn;
@@ -106,7 +94,8 @@ TEST(CornerDetector, RefinedModeMeetsNoiseWithAnHonestCovariance) {
       nees += e.dot(c->cov_px2.inverse() * e);
     }
   }
-  std::printf("    contrast/noise 60: %d of %d found, rms %.3f px per axis, NEES %.2f\n", found, wedges_drawn, std::sqrt(square / found / 2), nees / found);
+  std::printf("    contrast/noise 60: %d of %d found, rms %.3f px per axis, NEES %.2f\n", found, wedges_drawn,
+              std::sqrt(square / found / 2), nees / found);
   EXPECT_GT(found, 0.98 * wedges_drawn);
   EXPECT_LT(std::sqrt(square / found / 2), 0.15);
   EXPECT_GT(nees / found, 0.4);
@@ -115,7 +104,8 @@ TEST(CornerDetector, RefinedModeMeetsNoiseWithAnHonestCovariance) {
 
 TEST(CornerDetector, EightAndSixteenBitsAgree) {
   test::Random random(22);
-  const auto narrow = sky_with_wedges(120, {{40.3, 50.2, 0.4, 0.8}, {80.7, 70.1, 2.5, 0.6}}, 20, random, PixelFormat::kMono8);
+  const std::vector<test::Wedge> wedges{{40.3, 50.2, 0.4, 0.8}, {80.7, 70.1, 2.5, 0.6}};
+  const auto narrow = test::sky_with_wedges(120, wedges, 20, random, PixelFormat::kMono8);
   test::Image wide(120, 120, PixelFormat::kMono16);
   wide.fill([&](int u, int v) { return narrow.get(u, v) * 256; });
   DetectConfig config;
@@ -132,7 +122,7 @@ TEST(CornerDetector, EightAndSixteenBitsAgree) {
 TEST(CornerDetector, FeaturelessSkyGivesNoCornerThanksToTheNoiseFloor) {
   // GIVEN noise alone WHEN the mean is the only threshold THEN corners are found everywhere; with the floor next to none
   test::Random random(23);
-  const auto image = sky_with_wedges(512, {}, 12, random);
+  const auto image = test::sky_with_wedges(512, {}, 12, random);
   DetectConfig config;
   const auto floored = detect(config, image, whole(image));
   config.floor_noise = 0;
@@ -144,7 +134,7 @@ TEST(CornerDetector, FeaturelessSkyGivesNoCornerThanksToTheNoiseFloor) {
 
 TEST(CornerDetector, CornersBesideMissingRowsAreNotReported) {
   test::Random random(24);
-  const auto image = sky_with_wedges(160, {{40.2, 40.3, 0.5, 0.8}, {100.4, 110.1, 2, 0.8}}, 5, random);
+  const auto image = test::sky_with_wedges(160, {{40.2, 40.3, 0.5, 0.8}, {100.4, 110.1, 2, 0.8}}, 5, random);
   RowMask missing;
   missing.set_missing(44);
   missing.set_missing(45);
@@ -159,7 +149,7 @@ TEST(CornerDetector, CornersBesideMissingRowsAreNotReported) {
 
 TEST(CornerDetector, WhatMissingRowsHoldDoesNotMatter) {
   test::Random random(25);
-  auto image = sky_with_wedges(160, {{40.2, 40.3, 0.5, 0.8}, {100.4, 110.1, 2, 0.8}}, 5, random);
+  auto image = test::sky_with_wedges(160, {{40.2, 40.3, 0.5, 0.8}, {100.4, 110.1, 2, 0.8}}, 5, random);
   RowMask missing;
   for (int v : {3, 60, 61, 62, 159}) missing.set_missing(v);
   const auto before = detect({}, image, whole(image), &missing);
@@ -170,7 +160,7 @@ TEST(CornerDetector, WhatMissingRowsHoldDoesNotMatter) {
 
 TEST(CornerDetector, CornersBesideSaturatedPixelsAreNotReported) {
   test::Random random(26);
-  auto image = sky_with_wedges(160, {{40.2, 40.3, 0.5, 0.8}, {100.4, 110.1, 2, 0.8}}, 5, random);
+  auto image = test::sky_with_wedges(160, {{40.2, 40.3, 0.5, 0.8}, {100.4, 110.1, 2, 0.8}}, 5, random);
   image.set(42, 38, 4095);
   const auto corners = detect({}, image, whole(image));
   EXPECT_EQ(nearest(*corners, 40.2, 40.3, 4), nullptr);
@@ -210,7 +200,7 @@ TEST(CornerDetector, EveryBoxSizeKeepsItsBorder) {
 TEST(CornerDetector, ABoxSeesTheSameCornersAsTheWholeImageAroundIt) {
   // GIVEN real pixels around the box and no mean threshold THEN cutting the image into boxes changes nothing inside
   test::Random random(29);
-  const auto image = sky_with_wedges(200, {{60.2, 70.3, 0.5, 0.8}, {100.4, 90.1, 2, 0.8}}, 8, random);
+  const auto image = test::sky_with_wedges(200, {{60.2, 70.3, 0.5, 0.8}, {100.4, 90.1, 2, 0.8}}, 8, random);
   DetectConfig config;
   config.threshold_factor = 0;
   config.floor_noise = 0;
@@ -265,7 +255,7 @@ TEST(CornerDetector, Takes4096WideImagesFullOfCorners) {
 
 TEST(CornerDetector, IsDeterministicAndUsesNoHeap) {
   test::Random random(32);
-  const auto image = sky_with_wedges(200, {{60.2, 70.3, 0.5, 0.8}, {100.4, 90.1, 2, 0.8}}, 8, random);
+  const auto image = test::sky_with_wedges(200, {{60.2, 70.3, 0.5, 0.8}, {100.4, 90.1, 2, 0.8}}, 8, random);
   const SubImageSet boxes{{30, 40, 61, 61, 1}, {95, 60, 81, 61, 2}};
   for (DetectConfig config : {DetectConfig{}, DetectConfig::thesis()}) {
     config.equalise = Equalise::kBox;
@@ -295,44 +285,6 @@ TEST(CornerDetector, EqualisationRaisesTheMeasureOfALowContrastCorner) {
   ASSERT_TRUE(a != nullptr && b != nullptr);
   EXPECT_GT(b->measure, 1000 * a->measure);
   EXPECT_LT((a->uv_px - b->uv_px).norm(), 0.02);  // refinement uses the pixels as they came
-}
-
-TEST(PixelNoise, IsFoundBesideTextureInAnyFormat) {
-  test::Random random(33);
-  for (PixelFormat format : {PixelFormat::kMono8, PixelFormat::kMono10, PixelFormat::kMono12, PixelFormat::kMono16}) {
-    const double counts = (1 << bits_per_pixel(format)) / 4096.0;
-    for (double noise : {16.0, 30.0, 60.0}) {
-      const auto image = sky_with_wedges(61, {{30, 30, 0.5, 0.8}}, noise, random, format);
-      const double sigma = std::sqrt(estimate_noise_variance(image.view(), {0, 0, 61, 61}, nullptr));
-      const double truth = std::hypot(noise * counts, std::sqrt(1.0 / 12));
-      EXPECT_NEAR(sigma / truth, 1, 0.2) << noise << " " << bits_per_pixel(format);
-    }
-  }
-}
-
-TEST(PixelNoise, OfAConstantImageIsTheRounding) {
-  const auto image = test::step_corner_21();
-  EXPECT_NEAR(estimate_noise_variance(image.view(), {0, 0, 21, 21}, nullptr), 1.0 / 12, 1e-12);
-  EXPECT_NEAR(estimate_noise_variance(image.view(), {4, 4, 6, 6}, nullptr), 1.0 / 12, 1e-12);
-}
-
-TEST(DetectConfig, ModeChoosesTheDefaultsOfTheOtherKeys) {
-  auto file = ConfigFile::parse("[detect]\nmode = \"thesis\"\nnms_radius_px = 4\n", "a.toml").value();
-  auto table = file.root().table("detect");
-  const auto config = DetectConfig::read(table).value();
-  EXPECT_TRUE(file.finish().ok());
-  EXPECT_EQ(config.mode, DetectMode::kThesis);
-  EXPECT_EQ(config.nms_radius_px, 4);
-  EXPECT_EQ(config.saturation_counts, 0);
-  EXPECT_EQ(config.subpixel_window_px, 0);
-  EXPECT_EQ(config.floor_noise, 0);
-}
-
-TEST(DetectConfig, RefusesAnEvenWindow) {
-  auto file = ConfigFile::parse("[detect]\ngaussian_size = 8\n", "a.toml").value();
-  auto table = file.root().table("detect");
-  (void)DetectConfig::read(table);
-  EXPECT_EQ(file.finish().error().message(), "a.toml:2: detect.gaussian_size: is 8, expected an odd number");
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ bool same_peaks(std::vector<Peak> a, std::vector<Peak> b) {
   const auto raster = [](const Peak& x, const Peak& y) { return x.v != y.v ? x.v < y.v : x.u < y.u; };
   std::sort(a.begin(), a.end(), raster);
   std::sort(b.begin(), b.end(), raster);
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Peak& x, const Peak& y) { return x.u == y.u && x.v == y.v && x.measure == y.measure; });
+  const auto equal = [](const Peak& x, const Peak& y) { return x.u == y.u && x.v == y.v && x.measure == y.measure; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), equal);
 }
 
 TEST(CornerKernel, HasTheSpecsWeights) {

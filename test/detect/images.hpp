@@ -94,4 +94,20 @@ class WedgePainter {
   std::vector<Sample> samples_;
 };
 
+/// Sky of 1000 counts of 4096 with noise, and a wedge 1200 brighter at each apex, 18 px long.
+inline Image sky_with_wedges(int side, const std::vector<Wedge>& wedges, double noise, Random& random,
+                             PixelFormat format = PixelFormat::kMono12) {
+  const WedgePainter painter(0.5);
+  std::normal_distribution<double> gauss(0, noise);
+  Image image(side, side, format);
+  const double scale = (image.largest() + 1) / 4096.0;
+  image.fill([&](int u, int v) {
+    double value = 1000;
+    for (const auto& w : wedges)
+      if (std::hypot(u - w.u, v - w.v) < 18) value += 1200 * painter.share(w, u, v);
+    return static_cast<int>(std::lround(std::clamp(scale * (value + gauss(random)), 0.0, 1.0 * image.largest())));
+  });
+  return image;
+}
+
 }  // namespace cyclops::test

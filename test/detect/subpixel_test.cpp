@@ -23,7 +23,8 @@ std::vector<Scene> random_scenes(int n, double blur_px, test::Random& random) {
   std::vector<Scene> scenes;
   for (int i = 0; i < n; ++i) {
     Scene s;
-    s.wedge = {15 + unit(random) - 0.5, 15 + unit(random) - 0.5, 2 * std::numbers::pi * unit(random), (25 + 40 * unit(random)) * std::numbers::pi / 180};
+    const double u0 = 15 + unit(random) - 0.5, v0 = 15 + unit(random) - 0.5, axis = 2 * std::numbers::pi * unit(random);
+    s.wedge = {u0, v0, axis, (25 + 40 * unit(random)) * std::numbers::pi / 180};
     for (int v = 0; v < kSide; ++v)
       for (int u = 0; u < kSide; ++u) s.share.push_back(painter.share(s.wedge, u, v));
     scenes.push_back(s);
@@ -38,7 +39,8 @@ struct Figures {
 };
 
 /// 12-bit images: background 1000, contrast as given, white noise; the start is off by up to a pixel in each axis.
-Figures monte_carlo(const std::vector<Scene>& scenes, double contrast, double noise, test::Random& random, const SubpixelConfig& config = {}) {
+Figures monte_carlo(const std::vector<Scene>& scenes, double contrast, double noise, test::Random& random,
+                    const SubpixelConfig& config = {}) {
   std::normal_distribution<double> gauss(0, noise);
   std::uniform_int_distribution<int> off(-1, 1);
   SubpixelRefiner refiner(config);
@@ -82,7 +84,8 @@ TEST(Subpixel, CovarianceIsConsistentOverContrastAndBlur) {
     const auto scenes = random_scenes(400, blur, random);
     for (double ratio : {4.0, 8.0, 16.0, 32.0, 100.0}) {
       const Figures f = monte_carlo(scenes, 12 * ratio, 12, random);
-      std::printf("    blur %.1f px, contrast/noise %5.0f: rms %.3f px per axis, NEES %.2f, %3d of 400 not converged\n", blur, ratio, f.rms_px, f.nees, f.failed);
+      std::printf("    blur %.1f px, contrast/noise %5.0f: rms %.3f px per axis, NEES %.2f, %3d of 400 not converged\n", blur, ratio,
+                  f.rms_px, f.nees, f.failed);
       EXPECT_GT(f.nees, 0.4);
       EXPECT_LT(f.nees, ratio < 8 ? 3.8 : 2.2);
       EXPECT_LT(f.failed, ratio < 8 ? 120 : 10);  // lost in noise: the pixel's centre is reported instead
