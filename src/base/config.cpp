@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -196,6 +197,11 @@ std::vector<ConfigTable> ConfigTable::tables(const char* key) {
 }
 
 Result<ConfigFile> ConfigFile::parse(const std::string& text, const std::string& name) {
+  // TOML allows none of these anywhere, and toml++ ends the program on some of them.
+  const auto control = std::find_if(text.begin(), text.end(), [](unsigned char c) { return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7F; });
+  if (control != text.end())
+    return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(1 + std::count(text.begin(), control, '\n')),
+                      "holds a control character, code " + std::to_string(static_cast<int>(static_cast<unsigned char>(*control))));
   ConfigFile file;
   file.state_ = std::make_shared<State>();
   file.state_->name = name;
