@@ -43,6 +43,14 @@ TEST(Config, RefusesControlCharactersThatTomlForbids) {
   EXPECT_TRUE(ConfigFile::parse("a\t= 1\r\n", "a.toml").ok());
 }
 
+TEST(Config, RefusesATableNameThatIsNone) {
+  for (const char* text : {"a = 1\n[(b]\nc = 2\n", "a = 1\n[(b]", "a = 1\n[[=]]\n"}) {
+    const auto file = ConfigFile::parse(text, "a.toml");
+    ASSERT_FALSE(file.ok()) << text;
+    EXPECT_EQ(file.error().where, "a.toml:2") << text;
+  }
+}
+
 TEST(Config, RefusesAWordThatIsNoChoice) {
   auto file = ConfigFile::parse("filter = \"kalman\"\n", "a.toml").value();
   int choice = 0;
