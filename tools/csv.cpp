@@ -30,16 +30,20 @@ Result<Csv> Csv::load(const std::string& path) {
   csv.path_ = path;
   std::string line;
   int n = 0;
+  std::size_t width = 0;
   while (std::getline(in, line)) {
     ++n;
     const auto row = cells(line);
     if (row.empty() || (row.size() == 1 && row[0].empty()) || row[0].rfind('#', 0) == 0) continue;
     if (csv.columns_.empty()) {
-      for (std::size_t i = 0; i < row.size(); ++i) csv.columns_.emplace(row[i], i);
+      width = row.size();
+      for (std::size_t i = 0; i < width; ++i)
+        if (!csv.columns_.emplace(row[i], i).second && !row[i].empty())
+          return make_error(ErrorCode::kCorrupt, path + ":" + std::to_string(n), "column " + row[i] + " stands twice");
       continue;
     }
-    if (row.size() != csv.columns_.size())
-      return make_error(ErrorCode::kCorrupt, path + ":" + std::to_string(n), "has " + std::to_string(row.size()) + " cells, expected " + std::to_string(csv.columns_.size()));
+    if (row.size() != width)
+      return make_error(ErrorCode::kCorrupt, path + ":" + std::to_string(n), "has " + std::to_string(row.size()) + " cells, expected " + std::to_string(width));
     csv.rows_.push_back(row);
     csv.line_.push_back(n);
   }

@@ -58,6 +58,8 @@ class BoundedQueue {
   [[nodiscard]] std::size_t high_water() const { const std::lock_guard lock(mutex_); return high_water_; }
   [[nodiscard]] std::size_t size() const { const std::lock_guard lock(mutex_); return size_; }
   [[nodiscard]] bool closed() const { const std::lock_guard lock(mutex_); return closed_; }
+  /// Closed and empty: nothing more will come. What pop gives back cannot tell that from silence.
+  [[nodiscard]] bool finished() const { const std::lock_guard lock(mutex_); return closed_ && size_ == 0; }
   [[nodiscard]] std::size_t places() const { return ring_.size(); }
 
  private:

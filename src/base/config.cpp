@@ -1,7 +1,12 @@
 #include "base/config.hpp"
 
+#include <stdexcept>
+
+// toml++ asserts where a file is merely wrong, e.g. "[(a]": an error for us, not the end of the program.
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : throw std::logic_error("toml++"))
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -48,6 +53,20 @@ struct ConfigTable::Node {
 };
 
 namespace {
+
+/// The first line up to which the text already lets toml++ assert.
+int line_of_assertion(const std::string& text) {
+  int line = 1;
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 1), ++line) {
+    try {
+      (void)toml::parse(std::string_view(text).substr(0, end));
+    } catch (const toml::parse_error&) {  // only cut short
+    } catch (const std::logic_error&) {
+      return line;
+    }
+  }
+  return line;
+}
 
 std::string shown(const toml::node& node) {
   std::ostringstream out;
@@ -196,6 +215,11 @@ std::vector<ConfigTable> ConfigTable::tables(const char* key) {
 }
 
 Result<ConfigFile> ConfigFile::parse(const std::string& text, const std::string& name) {
+  // TOML allows none of these anywhere, and toml++ ends the program on some of them.
+  const auto control = std::find_if(text.begin(), text.end(), [](unsigned char c) { return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7F; });
+  if (control != text.end())
+    return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(1 + std::count(text.begin(), control, '\n')),
+                      "holds a control character, code " + std::to_string(static_cast<int>(static_cast<unsigned char>(*control))));
   ConfigFile file;
   file.state_ = std::make_shared<State>();
   file.state_->name = name;
@@ -203,6 +227,8 @@ Result<ConfigFile> ConfigFile::parse(const std::string& text, const std::string&
     file.state_->root = toml::parse(text, name);
   } catch (const toml::parse_error& e) {
     return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(e.source().begin.line), std::string(e.description()));
+  } catch (const std::logic_error&) {
+    return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(line_of_assertion(text)), "cannot be understood: expected key = value or [table]");
   }
   file.state_->root_node = std::make_shared<ConfigTable::Node>();
   file.state_->root_node->file = file.state_.get();

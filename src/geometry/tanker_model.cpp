@@ -11,6 +11,7 @@ namespace cyclops {
 namespace {
 
 constexpr std::size_t kMost = 1024;  // msg/limits.hpp kMaxFeatures; geometry may not include msg
+constexpr double kFarthest_m = 10'000, kMaxSigma_m = 10;
 
 /// Splits one CSV line; a field in double quotes may hold commas, a doubled quote is one quote.
 std::vector<std::string> split(const std::string& line) {
@@ -44,7 +45,7 @@ bool parse_normals(const std::string& text, std::vector<Vec3>& out) {
     std::istringstream words(group);
     Vec3 n;
     std::string extra;
-    if (!(words >> n.x() >> n.y() >> n.z()) || (words >> extra) || !n.allFinite() || n.norm() < 1e-6) return false;
+    if (!(words >> n.x() >> n.y() >> n.z()) || (words >> extra) || !(n.norm() > 1e-6 && n.norm() < 1e6)) return false;
     out.push_back(n.normalized());
   }
   return true;
@@ -111,13 +112,14 @@ Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string
       if (text == nullptr || !number(*text, v))
         return make_error(ErrorCode::kCorrupt, where, std::string(axes[a][0]) + " is \"" + (text != nullptr ? *text : "") + "\", expected a finite number");
       f.p_m.xyz[a] = v * unit;
+      if (std::fabs(f.p_m.xyz[a]) > kFarthest_m) return make_error(ErrorCode::kInvalid, where, std::string(axes[a][0]) + " is \"" + *text + "\", expected a place within 10 km");
     }
     if (const auto* t = columns->find(row, {"name", "label"})) f.name = trimmed(*t);
     if (const auto* t = columns->find(row, {"kind"})) f.kind = trimmed(*t);
     if (const auto* t = columns->find(row, {"normals"}); t != nullptr && !parse_normals(*t, f.normals_m))
       return make_error(ErrorCode::kCorrupt, where, "normals is \"" + *t + "\", expected \"nx ny nz; nx ny nz\"");
     if (const auto* t = columns->find(row, {"sigma", "sigma_m", "sigma_in"}); t != nullptr && !trimmed(*t).empty()) {
-      if (!number(*t, sigma) || sigma < 0) return make_error(ErrorCode::kCorrupt, where, "sigma is \"" + *t + "\", expected a number of 0 or more");
+      if (!number(*t, sigma) || sigma < 0 || sigma * unit > kMaxSigma_m) return make_error(ErrorCode::kCorrupt, where, "sigma is \"" + *t + "\", expected a number from 0 to 10 m");
       f.sigma_m = sigma * unit;
     }
     if (const auto* t = columns->find(row, {"enabled"}); t != nullptr && !trimmed(*t).empty()) {

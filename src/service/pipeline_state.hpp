@@ -59,7 +59,7 @@ struct Pipeline::State {
   BoundedQueue<std::unique_ptr<Finished>> ready{8};
   BoundedQueue<std::unique_ptr<Finished>> spare{8};
 
-  mutable std::mutex counts_mutex;           // the four below are copied whole under it
+  mutable std::mutex counts_mutex;           // the five below are read and written under it
   ChainCounts chain_counts{};
   CameraCounters camera_counts{};
   StrobeStatus strobe_status{};

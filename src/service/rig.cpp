@@ -6,13 +6,15 @@
 namespace cyclops {
 namespace {
 
+constexpr double kFarthest = 1e5;  // m or in
 constexpr double kDeg = 3.14159265358979323846 / 180;
 
 void read_vector(ConfigTable& table, const char* key, Vec3& out) {
   std::vector<double> v{out.x(), out.y(), out.z()};
   table.read(key, v);
-  if (v.size() == 3 && std::isfinite(v[0] + v[1] + v[2])) out = {v[0], v[1], v[2]};
-  else table.fail(key, "expected three finite numbers");
+  const bool good = v.size() == 3 && std::fabs(v[0]) < kFarthest && std::fabs(v[1]) < kFarthest && std::fabs(v[2]) < kFarthest;
+  if (good) out = {v[0], v[1], v[2]};
+  else table.fail(key, "expected three numbers below 100000");
 }
 
 void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& windscreen) {

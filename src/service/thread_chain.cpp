@@ -14,7 +14,10 @@ class ChainThread {
   }
 
   void run() {
-    while (auto input = s_.inputs.pop(Duration::from_seconds(60))) {
+    for (;;) {
+      auto input = s_.inputs.pop(Duration::from_seconds(1));
+      if (!input && s_.inputs.finished()) break;  // a queue that is only silent ends nothing
+      if (!input) continue;
       std::visit([this](auto&& item) { handle(std::move(item)); }, std::move(*input));
       drain();
       publish_counts();

@@ -69,7 +69,7 @@ class PublishThread {
         health(now);
         next_health = now + kHealthEvery.ns;
       }
-      if (!finished && s_.stopping && s_.ready.closed()) break;
+      if (!finished && s_.ready.finished()) break;
     }
     health(host_now_ns());
     s_.publish_failed = publisher_.failed();

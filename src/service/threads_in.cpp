@@ -89,13 +89,14 @@ void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* name, void* state) {
   const Aircraft aircraft = std::string_view(name) == channel::kTspiReceiver ? Aircraft::kReceiver : Aircraft::kTanker;
   LinkCounts& counts = s.link_counts[static_cast<std::size_t>(aircraft)];
   auto report = decode_tspi(buffer->data, buffer->data_size, aircraft);
+  std::uint64_t refused = 0;
   {
     const std::lock_guard lock(s.counts_mutex);
     ++counts.received;
-    if (!report.ok()) ++counts.refused;
+    if (!report.ok()) refused = ++counts.refused;
   }
   if (report.ok()) s.offer(ArrivedTspi{*report, Time{host_now_ns()}});
-  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(counts.refused));
+  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(refused));
 }
 
 void on_lcm_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {

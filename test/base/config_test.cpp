@@ -36,6 +36,21 @@ TEST(Config, SaysWhereTheSyntaxBreaks) {
   EXPECT_EQ(file.error().where, "a.toml:2");
 }
 
+TEST(Config, RefusesControlCharactersThatTomlForbids) {
+  const auto file = ConfigFile::parse(std::string("a = 1\n[\0\0]\n", 12), "a.toml");
+  ASSERT_FALSE(file.ok());
+  EXPECT_EQ(file.error().message(), "a.toml:2: holds a control character, code 0");
+  EXPECT_TRUE(ConfigFile::parse("a\t= 1\r\n", "a.toml").ok());
+}
+
+TEST(Config, RefusesATableNameThatIsNone) {
+  for (const char* text : {"a = 1\n[(b]\nc = 2\n", "a = 1\n[(b]", "a = 1\n[[=]]\n"}) {
+    const auto file = ConfigFile::parse(text, "a.toml");
+    ASSERT_FALSE(file.ok()) << text;
+    EXPECT_EQ(file.error().where, "a.toml:2") << text;
+  }
+}
+
 TEST(Config, RefusesAWordThatIsNoChoice) {
   auto file = ConfigFile::parse("filter = \"kalman\"\n", "a.toml").value();
   int choice = 0;

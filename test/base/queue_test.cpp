@@ -36,6 +36,19 @@ TEST(BoundedQueue, KeepsOrderBetweenTwoThreadsAndEndsWhenClosed) {
   EXPECT_EQ(expected, 1000);
 }
 
+TEST(BoundedQueue, IsFinishedOnlyWhenClosedAndEmpty) {
+  // GIVEN a queue that is only silent THEN waiting in vain does not mean the end
+  BoundedQueue<int> queue(2);
+  EXPECT_EQ(queue.pop(Duration::from_ms(1)), std::nullopt);
+  EXPECT_FALSE(queue.finished());
+  // WHEN it is closed with something in it THEN that comes out first
+  EXPECT_TRUE(queue.try_push(1));
+  queue.close();
+  EXPECT_FALSE(queue.finished());
+  EXPECT_EQ(queue.pop(Duration::from_ms(1)), 1);
+  EXPECT_TRUE(queue.finished());
+}
+
 TEST(Histogram, QuantilesAreRightToTwoPercent) {
   Histogram h;
   for (int i = 1; i <= 10000; ++i) h.add(Duration{i * 1000});

@@ -119,7 +119,7 @@ TEST(EventLog, RefusesLengthsThatCannotBeWithoutTakingMemoryForThem) {
   const Bytes whole = three_events(dir);
   const std::string path = dir.file("bad.lcm");
   for (const std::size_t at : {20, 24})
-    for (const unsigned char high : {0x01, 0x02, 0x7F, 0x80, 0xFF}) {
+    for (const int high : {0x01, 0x02, 0x7F, 0x80, 0xFF}) {
       Bytes bad = whole;
       bad[at] = static_cast<char>(high);
       spill(path, bad);
