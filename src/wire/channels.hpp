@@ -7,7 +7,7 @@ namespace cyclops::channel {
 inline constexpr const char* kTspiReceiver = "TSPI_RECEIVER";  // tspi_t, in
 inline constexpr const char* kTspiTanker = "TSPI_TANKER";      // tspi_t, in
 inline constexpr const char* kTimeMark = "TIME_MARK";          // time_mark_t, in
-inline constexpr const char* kStrobe = "STROBE";               // strobe_edge_t, out
+inline constexpr const char* kStrobe = "STROBE";               // strobe_edge_t, only in files
 inline constexpr const char* kFrame = "FRAME";                 // frame_index_t, out
 inline constexpr const char* kFrameData = "FRAME_DATA";        // frame_data_t, only in files
 inline constexpr const char* kNav = "NAV";                     // nav_state_t, out
