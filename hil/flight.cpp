@@ -11,6 +11,7 @@
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 
+#include "hil/made_up_windscreen.hpp"
 #include "hil/motion.hpp"
 #include "hil/noise.hpp"
 
@@ -35,8 +36,8 @@ Result<std::string> read_text(const std::string& path) {
 
 class Maker {
  public:
-  Maker(const Scenario& s, const FlightOptions& options, TankerModel model, Mesh mesh)
-      : s_(s), options_(options), model_(std::move(model)), seed_(static_cast<std::uint64_t>(s.seed)), camera_(s.camera, {}),
+  Maker(const Scenario& s, const FlightOptions& options, TankerModel model, Mesh mesh, Windscreen windscreen)
+      : s_(s), options_(options), model_(std::move(model)), seed_(static_cast<std::uint64_t>(s.seed)), camera_(s.camera, std::move(windscreen)),
         renderer_(camera_, std::move(mesh), s.look, key(seed_, 1)), motion_(s, key(seed_, 2)),
         receiver_errors_(s, key(seed_, 3), samples()), tanker_errors_(s, key(seed_, 4), samples()),
         nominal_(camera_from_receiver(s.mount)) {
@@ -56,6 +57,7 @@ class Maker {
     if (!table.ok()) return table.error();
     CYCLOPS_TRY(out.text("tanker.csv", *table));
     CYCLOPS_TRY(out.text("rig.toml", rig_toml()));
+    if (!camera_.windscreen().empty()) CYCLOPS_TRY(camera_.windscreen().save(out.path("windscreen.bin")));
     CYCLOPS_TRY(out.finish(manifest()));
     return report_;
   }
@@ -234,6 +236,7 @@ class Maker {
     o << "# Made by cyclops-flight, scenario " << s_.name << ".\n[camera]\naddress = \"127.0.0.1\"\nwidth_px = " << k.width << "\nheight_px = " << k.height
       << "\npixel_format = \"mono12\"\nframe_rate_hz = " << s_.frame_rate_hz << "\nexposure_us = " << s_.exposure_us << "\nfx_px = " << k.fx_px << "\nfy_px = " << k.fy_px
       << "\ncx_px = " << k.cx_px << "\ncy_px = " << k.cy_px << "\npitch_um = " << k.pitch_m * 1e6 << "\nk1 = " << k.k1 << "\nk2 = " << k.k2
+      << "\np1 = " << k.p1 << "\np2 = " << k.p2 << "\nk3 = " << k.k3 << (camera_.windscreen().empty() ? "" : "\nwindscreen = \"windscreen.bin\"")
       << "\n[mount]\npan_deg = " << s_.mount.pan / kDeg << "\ntilt_deg = " << s_.mount.tilt / kDeg << "\nroll_deg = " << s_.mount.roll / kDeg
       << "\nlens_in_receiver_m = [" << s_.lens_in_receiver_m.x() << ", " << s_.lens_in_receiver_m.y() << ", " << s_.lens_in_receiver_m.z()
       << "]\nboresight_sigma_deg = " << s_.boresight_error_deg << "\n[tanker]\nmodel = \"tanker.csv\"\nunit = \"in\"\nins = [" << s_.ins_in.x() << ", " << s_.ins_in.y() << ", "
@@ -275,7 +278,9 @@ Result<FlightReport> make_flight(const Scenario& scenario, const FlightOptions& 
   if (!model.ok()) return model.error();
   auto mesh = c12_mesh(*model);
   if (!mesh.ok()) return mesh.error();
-  return Maker(scenario, options, std::move(model).value(), std::move(mesh).value()).run();
+  auto windscreen = made_up_windscreen(scenario.camera.width, scenario.camera.height, scenario.windscreen);
+  if (!windscreen.ok()) return windscreen.error();
+  return Maker(scenario, options, std::move(model).value(), std::move(mesh).value(), std::move(windscreen).value()).run();
 }
 
 }  // namespace cyclops::hil
