@@ -64,7 +64,7 @@ class Maker {
 
  private:
   [[nodiscard]] std::size_t samples() const {
-    return static_cast<std::size_t>((start_s(s_.frames) + kTail_s + s_.tspi_latency_ms * 1e-3) * s_.tspi_rate_hz) + 1;
+    return static_cast<std::size_t>((start_s(s_.frames) + kTail_s + (s_.tspi_latency_ms + s_.tspi_latency_jitter_ms) * 1e-3) * s_.tspi_rate_hz) + 1;
   }
   /// Start of an exposure. The camera keeps its rate by its own clock.
   [[nodiscard]] double start_s(int i) const { return kFirstFrame_s + i / s_.frame_rate_hz / (1 + s_.tick_drift_ppm * 1e-6); }
@@ -122,13 +122,20 @@ class Maker {
     return scale;
   }
 
+  /// A message is never overtaken by a later one of its aircraft: they come over one link.
+  [[nodiscard]] std::int64_t tspi_arrival(std::uint64_t aircraft, std::size_t k, std::int64_t& last) const {
+    const double jitter = s_.tspi_latency_jitter_ms * (2 * uniform(key(seed_, 6 + aircraft, k)) - 1);
+    last = std::max(kServiceStart_ns + ns(sample_s(k) + (s_.tspi_latency_ms + jitter) * 1e-3), last + 20'000);
+    return last;
+  }
+
   void say_navigation() {
+    std::int64_t last_receiver = 0, last_tanker = 0;
     for (std::size_t k = 0; k < samples(); ++k) {
       const double t = sample_s(k);
-      const std::int64_t arrival = kServiceStart_ns + ns(t + s_.tspi_latency_ms * 1e-3);
       const int seq = static_cast<int>(k);
-      queue_.add(arrival, "TSPI_RECEIVER", tspi_message(0, kGpsStart_ns + ns(t), seq, receiver_errors_.said(motion_.receiver(t), k, report_.error_scale)));
-      queue_.add(arrival, "TSPI_TANKER", tspi_message(1, kGpsStart_ns + ns(t), seq, tanker_errors_.said(motion_.tanker(t), k, report_.error_scale)));
+      queue_.add(tspi_arrival(0, k, last_receiver), "TSPI_RECEIVER", tspi_message(0, kGpsStart_ns + ns(t), seq, receiver_errors_.said(motion_.receiver(t), k, report_.error_scale)));
+      queue_.add(tspi_arrival(1, k, last_tanker), "TSPI_TANKER", tspi_message(1, kGpsStart_ns + ns(t), seq, tanker_errors_.said(motion_.tanker(t), k, report_.error_scale)));
     }
     for (int second = 0; second <= static_cast<int>(sample_s(samples() - 1)); ++second) {
       time_mark_t m{};
@@ -219,8 +226,9 @@ class Maker {
       t.id.push_back(truth[f].id);
       t.u_px.push_back(truth[f].raw_px.x());
       t.v_px.push_back(truth[f].raw_px.y());
-      t.visible.push_back(truth[f].visible ? truth_t::VISIBLE : truth_t::HIDDEN);
-      report_.visible += truth[f].visible ? 1.0 / s_.frames : 0;
+      t.visible.push_back(truth[f].doubtful ? truth_t::DO_NOT_SCORE : truth[f].visible ? truth_t::VISIBLE : truth_t::HIDDEN);
+      report_.visible += truth[f].visible && !truth[f].doubtful ? 1.0 / s_.frames : 0;
+      report_.doubtful += truth[f].doubtful ? 1.0 / s_.frames : 0;
       if (f < last_.size() && last_[f].in_front) { moved += (truth[f].raw_px - last_[f].raw_px).norm(); ++n; }
     }
     t.n = static_cast<std::int32_t>(t.id.size());

@@ -67,6 +67,7 @@ void read_approach(ConfigTable t, Scenario& s) {
 void read_tspi(ConfigTable t, Scenario& s) {
   t.read_in("rate_hz", 1.0, 1000.0, s.tspi_rate_hz);
   t.read_in("latency_ms", 0.0, 1000.0, s.tspi_latency_ms);
+  t.read_in("latency_jitter_ms", 0.0, s.tspi_latency_ms, s.tspi_latency_jitter_ms);
   t.read_in("tau_s", 0.01, 1e6, s.tspi_tau_s);
   t.read_in("position_sigma_m", 0.0, 100.0, s.position_sigma_m);
   t.read_in("attitude_sigma_deg", 0.0, 10.0, s.attitude_sigma_deg);

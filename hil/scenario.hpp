@@ -29,7 +29,7 @@ struct Scenario {
   double latitude_deg{35}, longitude_deg{-118}, height_m{6000}, speed_mps{110}, heading_deg{70};
   double range_ft{97}, closing_ftps{1.4}, elevation_deg{-15}, azimuth_deg{0};
   double wander_position_m{0.15}, wander_attitude_deg{0.7}, wander_period_s{8};
-  double tspi_rate_hz{50}, tspi_latency_ms{15}, tspi_tau_s{30};
+  double tspi_rate_hz{50}, tspi_latency_ms{15}, tspi_latency_jitter_ms{0}, tspi_tau_s{30};  ///< latency: evenly within +- jitter
   double position_sigma_m{0}, attitude_sigma_deg{0}, velocity_sigma_mps{0}, rate_sigma_dps{0};
   double projection_error_px{0};           ///< above 0: the drawn errors are scaled so that this is their mean on the image
   double sun_azimuth_deg{200}, sun_elevation_deg{40};

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "hil/made_up_windscreen.hpp"
 #include "record/flight.hpp"
 #include "service/rig.hpp"
@@ -75,6 +77,51 @@ TEST(GeneratedFlight, CarriesItsWindscreenAndWholeLens) {
   EXPECT_FALSE(rig.camera.windscreen().empty());
   EXPECT_EQ(rig.camera.intrinsics().p2, -2e-3);
   EXPECT_EQ(FlightReader::open(folder)->manifest().files.count("windscreen.bin"), 1U);
+}
+
+TEST(GeneratedFlight, TspiArrivesTenToTwentyMillisecondsLateAndInOrder) {
+  const test::TempDir dir;
+  double low = 1e9, high = 0;
+  std::int64_t last_time = 0, last_seq[2] = {-1, -1};
+  each_message(fly(small_scenario(), dir), [&](const record::LogEvent& e) {
+    EXPECT_GE(e.time_us, last_time);
+    last_time = e.time_us;
+    for (const Aircraft a : {Aircraft::kReceiver, Aircraft::kTanker})
+      if (e.channel == channel::tspi(a)) {
+        const auto r = decode_tspi(e.data.data(), e.data.size(), a).value();
+        const double latency_ms = static_cast<double>(e.time_us) * 1e-3 - 1e6 - static_cast<double>(r.t_gps.ns - 1'400'000'000'000'000'000) * 1e-6;
+        low = std::min(low, latency_ms), high = std::max(high, latency_ms);
+        EXPECT_EQ(r.seq, last_seq[static_cast<int>(a)] + 1);
+        last_seq[static_cast<int>(a)] = r.seq;
+      }
+  });
+  EXPECT_GE(low, 9.99);
+  EXPECT_LE(high, 20.01);
+  EXPECT_GT(high - low, 5);
+}
+
+TEST(GeneratedFlight, LeavesFeaturesAtTheBorderOutOfScoring) {
+  // GIVEN a flight whose picture ends 1.5 px beside feature 10
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  s.frames = 1;
+  std::map<int, TruthPoint> full, cut;
+  const auto read = [&](const std::string& folder, std::map<int, TruthPoint>& out) {
+    each_message(folder, [&](const record::LogEvent& e) {
+      if (e.channel != channel::kTruth) return;
+      Truth truth;
+      ASSERT_TRUE(decode_truth(e.data.data(), e.data.size(), truth).ok());
+      for (const TruthPoint& p : truth.points) out[p.id] = p;
+    });
+  };
+  read(fly(s, dir), full);
+  ASSERT_EQ(full[10].visibility, TruthVisibility::kVisible);
+  s.camera.width = static_cast<int>(full[10].uv_px.x() + 2.5);  // the principal point stays
+  const test::TempDir other;
+  read(fly(s, other), cut);
+  // THEN its place is known all the same, and it is not scored
+  EXPECT_EQ(cut[10].visibility, TruthVisibility::kDoNotScore);
+  EXPECT_LT((cut[10].uv_px - full[10].uv_px).norm(), 0.01);
 }
 
 TEST(MadeUpWindscreen, ShiftsByAboutAPixelAndCanBeUndone) {
