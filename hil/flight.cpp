@@ -11,6 +11,7 @@
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 
+#include "hil/made_up_windscreen.hpp"
 #include "hil/motion.hpp"
 #include "hil/noise.hpp"
 
@@ -35,8 +36,8 @@ Result<std::string> read_text(const std::string& path) {
 
 class Maker {
  public:
-  Maker(const Scenario& s, const FlightOptions& options, TankerModel model, Mesh mesh)
-      : s_(s), options_(options), model_(std::move(model)), seed_(static_cast<std::uint64_t>(s.seed)), camera_(s.camera, {}),
+  Maker(const Scenario& s, const FlightOptions& options, TankerModel model, Mesh mesh, Windscreen windscreen)
+      : s_(s), options_(options), model_(std::move(model)), seed_(static_cast<std::uint64_t>(s.seed)), camera_(s.camera, std::move(windscreen)),
         renderer_(camera_, std::move(mesh), s.look, key(seed_, 1)), motion_(s, key(seed_, 2)),
         receiver_errors_(s, key(seed_, 3), samples()), tanker_errors_(s, key(seed_, 4), samples()),
         nominal_(camera_from_receiver(s.mount)) {
@@ -56,13 +57,14 @@ class Maker {
     if (!table.ok()) return table.error();
     CYCLOPS_TRY(out.text("tanker.csv", *table));
     CYCLOPS_TRY(out.text("rig.toml", rig_toml()));
+    if (!camera_.windscreen().empty()) CYCLOPS_TRY(camera_.windscreen().save(out.path("windscreen.bin")));
     CYCLOPS_TRY(out.finish(manifest()));
     return report_;
   }
 
  private:
   [[nodiscard]] std::size_t samples() const {
-    return static_cast<std::size_t>((start_s(s_.frames) + kTail_s + s_.tspi_latency_ms * 1e-3) * s_.tspi_rate_hz) + 1;
+    return static_cast<std::size_t>((start_s(s_.frames) + kTail_s + (s_.tspi_latency_ms + s_.tspi_latency_jitter_ms) * 1e-3) * s_.tspi_rate_hz) + 1;
   }
   /// Start of an exposure. The camera keeps its rate by its own clock.
   [[nodiscard]] double start_s(int i) const { return kFirstFrame_s + i / s_.frame_rate_hz / (1 + s_.tick_drift_ppm * 1e-6); }
@@ -120,13 +122,20 @@ class Maker {
     return scale;
   }
 
+  /// A message is never overtaken by a later one of its aircraft: they come over one link.
+  [[nodiscard]] std::int64_t tspi_arrival(std::uint64_t aircraft, std::size_t k, std::int64_t& last) const {
+    const double jitter = s_.tspi_latency_jitter_ms * (2 * uniform(key(seed_, 6 + aircraft, k)) - 1);
+    last = std::max(kServiceStart_ns + ns(sample_s(k) + (s_.tspi_latency_ms + jitter) * 1e-3), last + 20'000);
+    return last;
+  }
+
   void say_navigation() {
+    std::int64_t last_receiver = 0, last_tanker = 0;
     for (std::size_t k = 0; k < samples(); ++k) {
       const double t = sample_s(k);
-      const std::int64_t arrival = kServiceStart_ns + ns(t + s_.tspi_latency_ms * 1e-3);
       const int seq = static_cast<int>(k);
-      queue_.add(arrival, "TSPI_RECEIVER", tspi_message(0, kGpsStart_ns + ns(t), seq, receiver_errors_.said(motion_.receiver(t), k, report_.error_scale)));
-      queue_.add(arrival, "TSPI_TANKER", tspi_message(1, kGpsStart_ns + ns(t), seq, tanker_errors_.said(motion_.tanker(t), k, report_.error_scale)));
+      queue_.add(tspi_arrival(0, k, last_receiver), "TSPI_RECEIVER", tspi_message(0, kGpsStart_ns + ns(t), seq, receiver_errors_.said(motion_.receiver(t), k, report_.error_scale)));
+      queue_.add(tspi_arrival(1, k, last_tanker), "TSPI_TANKER", tspi_message(1, kGpsStart_ns + ns(t), seq, tanker_errors_.said(motion_.tanker(t), k, report_.error_scale)));
     }
     for (int second = 0; second <= static_cast<int>(sample_s(samples() - 1)); ++second) {
       time_mark_t m{};
@@ -217,8 +226,9 @@ class Maker {
       t.id.push_back(truth[f].id);
       t.u_px.push_back(truth[f].raw_px.x());
       t.v_px.push_back(truth[f].raw_px.y());
-      t.visible.push_back(truth[f].visible ? truth_t::VISIBLE : truth_t::HIDDEN);
-      report_.visible += truth[f].visible ? 1.0 / s_.frames : 0;
+      t.visible.push_back(truth[f].doubtful ? truth_t::DO_NOT_SCORE : truth[f].visible ? truth_t::VISIBLE : truth_t::HIDDEN);
+      report_.visible += truth[f].visible && !truth[f].doubtful ? 1.0 / s_.frames : 0;
+      report_.doubtful += truth[f].doubtful ? 1.0 / s_.frames : 0;
       if (f < last_.size() && last_[f].in_front) { moved += (truth[f].raw_px - last_[f].raw_px).norm(); ++n; }
     }
     t.n = static_cast<std::int32_t>(t.id.size());
@@ -234,6 +244,7 @@ class Maker {
     o << "# Made by cyclops-flight, scenario " << s_.name << ".\n[camera]\naddress = \"127.0.0.1\"\nwidth_px = " << k.width << "\nheight_px = " << k.height
       << "\npixel_format = \"mono12\"\nframe_rate_hz = " << s_.frame_rate_hz << "\nexposure_us = " << s_.exposure_us << "\nfx_px = " << k.fx_px << "\nfy_px = " << k.fy_px
       << "\ncx_px = " << k.cx_px << "\ncy_px = " << k.cy_px << "\npitch_um = " << k.pitch_m * 1e6 << "\nk1 = " << k.k1 << "\nk2 = " << k.k2
+      << "\np1 = " << k.p1 << "\np2 = " << k.p2 << "\nk3 = " << k.k3 << (camera_.windscreen().empty() ? "" : "\nwindscreen = \"windscreen.bin\"")
       << "\n[mount]\npan_deg = " << s_.mount.pan / kDeg << "\ntilt_deg = " << s_.mount.tilt / kDeg << "\nroll_deg = " << s_.mount.roll / kDeg
       << "\nlens_in_receiver_m = [" << s_.lens_in_receiver_m.x() << ", " << s_.lens_in_receiver_m.y() << ", " << s_.lens_in_receiver_m.z()
       << "]\nboresight_sigma_deg = " << s_.boresight_error_deg << "\n[tanker]\nmodel = \"tanker.csv\"\nunit = \"in\"\nins = [" << s_.ins_in.x() << ", " << s_.ins_in.y() << ", "
@@ -275,7 +286,9 @@ Result<FlightReport> make_flight(const Scenario& scenario, const FlightOptions& 
   if (!model.ok()) return model.error();
   auto mesh = c12_mesh(*model);
   if (!mesh.ok()) return mesh.error();
-  return Maker(scenario, options, std::move(model).value(), std::move(mesh).value()).run();
+  auto windscreen = made_up_windscreen(scenario.camera.width, scenario.camera.height, scenario.windscreen);
+  if (!windscreen.ok()) return windscreen.error();
+  return Maker(scenario, options, std::move(model).value(), std::move(mesh).value(), std::move(windscreen).value()).run();
 }
 
 }  // namespace cyclops::hil

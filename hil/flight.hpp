@@ -23,6 +23,7 @@ struct FlightReport {
   double error_scale{1};          ///< what the drawn errors were multiplied by
   double motion_px{0};            ///< mean motion of features from frame to frame
   double visible{0};              ///< mean number of visible features a frame, switched-off ones included
+  double doubtful{0};             ///< mean number that truth leaves out of scoring
   double render_ms{0};            ///< mean time a frame of one thread
 };
 

@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   };
   const auto report = cyclops::hil::make_flight(*scenario, options);
   if (!report.ok()) return fail(report.error());
-  std::printf("%s: %d frames, projection error %.2f px (drawn errors times %.2f), motion %.2f px a frame, %.1f features visible, %.0f ms a frame and thread\n", options.out.c_str(),
-              scenario->frames, report->projection_error_px, report->error_scale, report->motion_px, report->visible, report->render_ms);
+  std::printf("%s: %d frames, projection error %.2f px (drawn errors times %.2f), motion %.2f px a frame, %.1f features visible, %.1f not scored, %.0f ms a frame and thread\n", options.out.c_str(),
+              scenario->frames, report->projection_error_px, report->error_scale, report->motion_px, report->visible, report->doubtful, report->render_ms);
   return 0;
 }

@@ -11,6 +11,8 @@ namespace {
 constexpr int kSkyStep = 8;              // pixels between points where the sky is worked out
 constexpr double kOcclusion_m = 0.02;    // a surface this much nearer hides a feature
 constexpr double kFacing = 0.02;         // cosine above which a surface faces the camera
+constexpr double kGrazing = 0.026;       // below this cosine, 1.5 deg, it hardly does
+constexpr double kBorder_px = 3;
 
 }  // namespace
 
@@ -115,9 +117,15 @@ std::vector<FeatureTruth> Renderer::truth(const View& view, const TankerModel& m
     if (const auto uv = camera_.project(p)) {
       t.raw_px = *uv;
       t.in_front = true;
-      bool faces = f.normals_m.empty();
-      for (const Vec3& n : f.normals_m) faces = faces || -(view.T_c_m.rotation().rotate(n)).dot(p.xyz.normalized()) > kFacing;
-      t.visible = faces && camera_.inside(*uv) && is_free(triangles, *uv, p.xyz.z(), kOcclusion_m);
+      double best = f.normals_m.empty() ? 1 : -1;
+      for (const Vec3& n : f.normals_m) best = std::max(best, -(view.T_c_m.rotation().rotate(n)).dot(p.xyz.normalized()));
+      const bool in_view = camera_.inside(*uv);
+      const auto free = [&](double margin_m) { return is_free(triangles, *uv, p.xyz.z(), margin_m); };
+      t.visible = best > kFacing && in_view && free(kOcclusion_m);
+      const double border = std::min({uv->x(), uv->y(), camera_.intrinsics().width - 1 - uv->x(), camera_.intrinsics().height - 1 - uv->y()});
+      const bool grazing = best > 0 && best < kGrazing && free(kOcclusion_m);
+      const bool half_hidden = best > kFacing && free(0.5 * kOcclusion_m) != free(2 * kOcclusion_m);
+      t.doubtful = in_view && (grazing || half_hidden || (t.visible && border < kBorder_px));
     }
     out.push_back(t);
   }

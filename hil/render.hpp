@@ -36,6 +36,8 @@ struct FeatureTruth {
   Vec2 raw_px{0, 0};
   bool in_front{false};          ///< else raw_px says nothing
   bool visible{false};           ///< in the field, facing the camera and nothing before it
+  bool doubtful{false};          ///< within 3 px of the border, seen at less than 1.5 deg, or half hidden: a skin or a bracket so
+                                 ///< close before it that half the margin decides. Not to be scored
 };
 
 class Renderer {

@@ -24,6 +24,10 @@ void read_camera(ConfigTable t, Scenario& s) {
   t.read_in("pitch_um", 0.5, 100.0, pitch_um);
   t.read_in("k1", -1.0, 1.0, s.camera.k1);
   t.read_in("k2", -1.0, 1.0, s.camera.k2);
+  t.read_in("p1", -0.1, 0.1, s.camera.p1);
+  t.read_in("p2", -0.1, 0.1, s.camera.p2);
+  t.read_in("k3", -1.0, 1.0, s.camera.k3);
+  t.read_in("windscreen", 0.0, 10.0, s.windscreen);
   t.read_in("frame_rate_hz", 1.0, 1000.0, s.frame_rate_hz);
   t.read_in("exposure_us", 1.0, 1e6, s.exposure_us);
   t.read_in("readout_ms", 0.1, 1000.0, s.readout_ms);
@@ -63,6 +67,7 @@ void read_approach(ConfigTable t, Scenario& s) {
 void read_tspi(ConfigTable t, Scenario& s) {
   t.read_in("rate_hz", 1.0, 1000.0, s.tspi_rate_hz);
   t.read_in("latency_ms", 0.0, 1000.0, s.tspi_latency_ms);
+  t.read_in("latency_jitter_ms", 0.0, s.tspi_latency_ms, s.tspi_latency_jitter_ms);
   t.read_in("tau_s", 0.01, 1e6, s.tspi_tau_s);
   t.read_in("position_sigma_m", 0.0, 100.0, s.position_sigma_m);
   t.read_in("attitude_sigma_deg", 0.0, 10.0, s.attitude_sigma_deg);

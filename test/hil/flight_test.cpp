@@ -1,0 +1,143 @@
+// What a generated flight says beside its pictures: camera, truth and order of arrival.
+#include "hil/flight.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "hil/made_up_windscreen.hpp"
+#include "record/flight.hpp"
+#include "service/rig.hpp"
+#include "test/support.hpp"
+#include "wire/codec.hpp"
+
+namespace cyclops::hil {
+namespace {
+
+Scenario small_scenario() {
+  Scenario s = Scenario::load("config/scenarios/embedded.toml").value();
+  s.frames = 3;
+  return s;
+}
+
+std::string fly(const Scenario& s, const test::TempDir& dir) {
+  FlightOptions options;
+  options.out = dir.file("flight");
+  options.threads = 2;
+  const auto report = make_flight(s, options);
+  EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message());
+  return options.out;
+}
+
+template <class Use>
+void each_message(const std::string& folder, const Use& use) {
+  auto flight = FlightReader::open(folder).value();
+  record::LogEvent event;
+  while (flight.next(event).value()) use(event);
+}
+
+/// Every truth point is where the rig that lies beside it puts it.
+double worst_px(const std::string& folder, int& points) {
+  const Rig rig = Rig::load(folder + "/rig.toml").value();
+  const auto R_c_r = camera_from_receiver(rig.mount_angles);
+  const Pose<frame::C, frame::R> T_c_r(R_c_r, Point<frame::C>(-R_c_r.rotate(rig.lens.xyz)));
+  double worst = 0;
+  points = 0;
+  each_message(folder, [&](const record::LogEvent& e) {
+    if (e.channel != channel::kTruth) return;
+    Truth truth;
+    ASSERT_TRUE(decode_truth(e.data.data(), e.data.size(), truth).ok());
+    for (const TruthPoint& p : truth.points)
+      for (const Feature& f : rig.tanker.features())
+        if (f.id == p.id)
+          if (const auto uv = rig.camera.project(T_c_r * truth.T_r_k * rig.tanker.in_body(f))) worst = std::max(worst, (*uv - p.uv_px).norm()), ++points;
+  });
+  return worst;
+}
+
+TEST(GeneratedFlight, RigFileAndTruePoseGiveTheTruePixels) {
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  s.boresight_error_deg = 0;
+  int points = 0;
+  EXPECT_LT(worst_px(fly(s, dir), points), 1e-6);
+  EXPECT_EQ(points, 3 * 38);
+}
+
+TEST(GeneratedFlight, CarriesItsWindscreenAndWholeLens) {
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  s.boresight_error_deg = 0;
+  s.windscreen = 1;
+  s.camera.k1 = -0.05, s.camera.p1 = 1e-3, s.camera.p2 = -2e-3, s.camera.k3 = 0.01;
+  const std::string folder = fly(s, dir);
+  int points = 0;
+  EXPECT_LT(worst_px(folder, points), 1e-6);
+  const Rig rig = Rig::load(folder + "/rig.toml").value();
+  EXPECT_FALSE(rig.camera.windscreen().empty());
+  EXPECT_EQ(rig.camera.intrinsics().p2, -2e-3);
+  EXPECT_EQ(FlightReader::open(folder)->manifest().files.count("windscreen.bin"), 1U);
+}
+
+TEST(GeneratedFlight, TspiArrivesTenToTwentyMillisecondsLateAndInOrder) {
+  const test::TempDir dir;
+  double low = 1e9, high = 0;
+  std::int64_t last_time = 0, last_seq[2] = {-1, -1};
+  each_message(fly(small_scenario(), dir), [&](const record::LogEvent& e) {
+    EXPECT_GE(e.time_us, last_time);
+    last_time = e.time_us;
+    for (const Aircraft a : {Aircraft::kReceiver, Aircraft::kTanker})
+      if (e.channel == channel::tspi(a)) {
+        const auto r = decode_tspi(e.data.data(), e.data.size(), a).value();
+        const double latency_ms = static_cast<double>(e.time_us) * 1e-3 - 1e6 - static_cast<double>(r.t_gps.ns - 1'400'000'000'000'000'000) * 1e-6;
+        low = std::min(low, latency_ms), high = std::max(high, latency_ms);
+        EXPECT_EQ(r.seq, last_seq[static_cast<int>(a)] + 1);
+        last_seq[static_cast<int>(a)] = r.seq;
+      }
+  });
+  EXPECT_GE(low, 9.99);
+  EXPECT_LE(high, 20.01);
+  EXPECT_GT(high - low, 5);
+}
+
+TEST(GeneratedFlight, LeavesFeaturesAtTheBorderOutOfScoring) {
+  // GIVEN a flight whose picture ends 1.5 px beside feature 10
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  s.frames = 1;
+  std::map<int, TruthPoint> full, cut;
+  const auto read = [&](const std::string& folder, std::map<int, TruthPoint>& out) {
+    each_message(folder, [&](const record::LogEvent& e) {
+      if (e.channel != channel::kTruth) return;
+      Truth truth;
+      ASSERT_TRUE(decode_truth(e.data.data(), e.data.size(), truth).ok());
+      for (const TruthPoint& p : truth.points) out[p.id] = p;
+    });
+  };
+  read(fly(s, dir), full);
+  ASSERT_EQ(full[10].visibility, TruthVisibility::kVisible);
+  s.camera.width = static_cast<int>(full[10].uv_px.x() + 2.5);  // the principal point stays
+  const test::TempDir other;
+  read(fly(s, other), cut);
+  // THEN its place is known all the same, and it is not scored
+  EXPECT_EQ(cut[10].visibility, TruthVisibility::kDoNotScore);
+  EXPECT_LT((cut[10].uv_px - full[10].uv_px).norm(), 0.01);
+}
+
+TEST(MadeUpWindscreen, ShiftsByAboutAPixelAndCanBeUndone) {
+  const auto w = made_up_windscreen(1024, 1024, 1).value();
+  double mean = 0, most = 0, back = 0;
+  for (int i = 0; i < 32; ++i)
+    for (int j = 0; j < 32; ++j) {
+      const Vec2 at(32 * j + 16, 32 * i + 16);
+      mean += w.delta(at).norm() / 1024;
+      most = std::max(most, w.delta(at).norm());
+      back = std::max(back, (w.undistort(w.distort(at)) - at).norm());
+    }
+  EXPECT_NEAR(mean, 1.2, 0.2);
+  EXPECT_LT(most, 5);
+  EXPECT_LT(back, 1e-5);
+}
+
+}  // namespace
+}  // namespace cyclops::hil
