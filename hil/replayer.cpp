@@ -160,6 +160,8 @@ bool Replayer::State::wait_control(std::int64_t arrival_ns) {
     control.speed_changed = false;
     speed = control.speed;
     anchor(arrival_ns);
+    while (lcm_handle_timeout(lcm, 0) > 0) {}  // answers of the time when nobody counted them
+    measured = handed.load();
   }
   if (control.paused && !control.quit && control.seek_s < 0) {
     const std::int64_t begin = monotonic_ns();
@@ -212,7 +214,7 @@ void Replayer::State::publish_moved(const char* name, Message& m, const std::vec
 
 void Replayer::State::edge(const record::LogEvent& e) {
   const auto decoded = decode_strobe_edge(e.data.data(), e.data.size());
-  if (!decoded.ok() || !strobe) return;
+  if (!decoded.ok() || !strobe || !device->streaming()) return;  // a camera that does not expose has no strobe
   StrobeEdge out = decoded->edge;
   out.t = out.t + Duration{shift_ns};
   if (shift_ns != 0) out.line_seq = -1;  // after a jump the numbers of the flight say nothing any more
@@ -262,7 +264,7 @@ Result<> Replayer::State::handle(const record::LogEvent& e) {
 
 /// The stamps of what follows go on one frame period after what has been played.
 void Replayer::State::jump(std::int64_t arrival_ns) {
-  shift_ns = last_arrival_ns + rig.device.period().ns - arrival_ns;
+  if (last_arrival_ns != 0) shift_ns = last_arrival_ns + rig.device.period().ns - arrival_ns;
   anchor(arrival_ns);
   jumped = true;
 }
@@ -293,9 +295,7 @@ Result<> Replayer::run(const std::function<void(const ReplayProgress&)>& progres
   State& s = *s_;
   if (!s.device->wait_streaming(s.options.wait_for_client))
     return make_error(ErrorCode::kTimeout, "camera " + s.rig.device.address, "no client started the acquisition within " + std::to_string(s.options.wait_for_client.seconds()) + " s");
-  if (s.speed <= 0) {
-    lcm_subscribe(s.lcm, channel::kMeasurement, [](const lcm_recv_buf_t*, const char*, void* state) { ++static_cast<State*>(state)->measured; }, &s);
-  }
+  lcm_subscribe(s.lcm, channel::kMeasurement, [](const lcm_recv_buf_t*, const char*, void* state) { ++static_cast<State*>(state)->measured; }, &s);
   if (s.options.start_s > 0) CYCLOPS_TRY(s.flight.seek(Time{s.flight.manifest().first_frame_ns + static_cast<std::int64_t>(s.options.start_s * 1e9)}));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the client's strobe and LCM sockets come up
   record::LogEvent event;

@@ -116,7 +116,7 @@ struct Aligner::State {
   [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
-  void refine(const Prior& prior, const PredictionSet&, const CornerSet&, const Vec6& start, Alignment& out);
+  void refine(const Prior& prior, const Vec6& start, Alignment& out);
   void learn(const Alignment& out);
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
   void place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const;
@@ -236,9 +236,8 @@ void Aligner::State::pose_problem(const Prior& prior, const PredictionSet& predi
   const double density = std::max((found + 1.0) / std::max(area, 1.0), 1e-5);
   problem.log_gain = std::log(config.detection_probability / (2 * 3.14159265358979 * density));
   // Features with few candidates first: they make the better hypotheses.
-  std::stable_sort(problem.seen.begin(), problem.seen.end(), [](const Seen& a, const Seen& b) {
-    return (a.count == 0 ? 1000 : a.count) < (b.count == 0 ? 1000 : b.count);
-  });
+  const auto rank = [](const Seen& s) { return std::pair(s.count == 0 ? 1000 : s.count, s.feature); };
+  std::sort(problem.seen.begin(), problem.seen.end(), [&](const Seen& a, const Seen& b) { return rank(a) < rank(b); });
 }
 
 bool Aligner::State::read(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, Reading& best, double& margin) {
@@ -256,9 +255,7 @@ bool Aligner::State::read(const Prior& prior, const PredictionSet& predicted, co
 }
 
 /// Iteratively reweighted Gauss-Newton from `start`, each feature bound to its nearest corner (Geman-McClure weights).
-void Aligner::State::refine(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, const Vec6& start, Alignment& out) {
-  (void)predicted;
-  (void)corners;
+void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& out) {
   const Mat6 information = prior.P.inverse();
   Vec6 d = start;
   Mat6 H = information;
@@ -374,7 +371,7 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
     const Reading& best = out.from_track ? from_track : from_nav;
     out.evidence = best.evidence;
     out.margin = out.from_track ? margin_track : margin_nav;
-    s.refine(prior, predicted, corners, best.d, out);
+    s.refine(prior, best.d, out);
     const auto needed = static_cast<std::uint32_t>(std::max(2, s.config.min_inliers - (out.considered < 7 ? 1 : 0)));
     out.consensus = out.inliers >= needed && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
     if (s.nav.valid) {

@@ -22,7 +22,6 @@ struct Seen {                 ///< one feature as predicted from the prior
 struct Problem {
   std::vector<Seen> seen;     ///< capacity reserved once
   std::vector<Vec2> corner;   ///< candidates of all features, px
-  std::vector<float> near;    ///< scratch for choosing the nearest
   Mat6 P{Mat6::Identity()};   ///< prior covariance
   double log_gain{0};         ///< log( P_D / (2 pi lambda) )
 };

@@ -1,0 +1,169 @@
+#include "align/align.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "test/support.hpp"
+
+namespace cyclops {
+namespace {
+
+constexpr double kDeg = 3.14159265358979323846 / 180;
+
+/// Twelve features of an irregular object 30 m ahead, navigation wrong by a little, corners at the true places among clutter.
+class AlignTest : public ::testing::Test {
+ protected:
+  AlignTest()
+      : model(TankerModel::parse("id,x,y,z\n1,0,0,0\n2,1,4,0.5\n3,-2,-4,1\n4,3,1,2\n5,-1,2.5,-1\n6,2,-3,-2\n7,-3,1,0.3\n8,0.5,-1.5,1.6\n9,4,-2,0.2\n10,-4,3,1.1\n11,1.5,5,-0.7\n12,-1.5,-5,0.4\n",
+                                 "model", 1.0, Vec3::Zero()).value()),
+        T_c_r(camera_from_receiver({}), Point<frame::C>()) {
+    nav.valid = true;
+    nav.T_r_k = Pose<frame::R, frame::K>(Rotation<frame::R, frame::K>(so3_exp({0.02, -0.05, 0.1})), Point<frame::R>(30, 0.5, -1));
+    Eigen::Matrix<double, 6, 1> sigma;
+    sigma << 0.5 * kDeg, 0.5 * kDeg, 0.5 * kDeg, 0.3, 0.15, 0.15;
+    nav.covariance = sigma.cwiseAbs2().asDiagonal();
+  }
+
+  Pose<frame::R, frame::K> moved(const Vec3& turn, const Vec3& shift) const {
+    return {Rotation<frame::R, frame::K>(so3_exp(turn) * nav.T_r_k.rotation().quaternion()), Point<frame::R>(nav.T_r_k.translation().xyz + shift)};
+  }
+  void see(const Pose<frame::R, frame::K>& truth, int features, int clutter, std::uint64_t seed) {
+    test::Random random(seed);
+    std::uniform_real_distribution<double> u(150, 870), noise(-0.3, 0.3);
+    predicted->items.clear();
+    corners->items.clear();
+    true_px.clear();
+    for (std::size_t i = 0; i < model.features().size(); ++i) {
+      Prediction p;
+      p.id = model.features()[i].id;
+      p.feature = static_cast<std::uint16_t>(i);
+      p.visibility = Visibility::kVisible;
+      predicted->items.push_back(p);
+      true_px.push_back(*camera.project((T_c_r * truth) * model.in_body(model.features()[i])));
+      Corner c;
+      c.uv_px = true_px.back() + Vec2(noise(random), noise(random));
+      if (static_cast<int>(i) < features) corners->items.push_back(c);
+    }
+    for (int n = 0; n < clutter; ++n) {
+      Corner c;
+      c.uv_px = {u(random), u(random)};
+      corners->items.push_back(c);
+    }
+  }
+  double worst_px(const Pose<frame::C, frame::K>& pose) const {
+    double worst = 0;
+    for (std::size_t i = 0; i < true_px.size(); ++i)
+      worst = std::max(worst, (*camera.project(pose * model.in_body(model.features()[i])) - true_px[i]).norm());
+    return worst;
+  }
+
+  TankerModel model;
+  Camera camera{};
+  Pose<frame::C, frame::R> T_c_r;
+  RelativeState nav{};
+  std::unique_ptr<PredictionSet> predicted = std::make_unique<PredictionSet>();
+  std::unique_ptr<CornerSet> corners = std::make_unique<CornerSet>();
+  std::vector<Vec2> true_px;
+};
+
+TEST_F(AlignTest, FindsTheCommonErrorAmongClutter) {
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    // GIVEN navigation about 10 px off, 9 of 12 features found, 300 corners of clutter in half the image
+    test::Random random(seed);
+    std::normal_distribution<double> n;
+    see(moved(Vec3(n(random), n(random), n(random)) * 0.5 * kDeg, Vec3(0.3 * n(random), 0.15 * n(random), 0.15 * n(random))), 9, 300, seed);
+    aligner.reset();
+    ASSERT_TRUE(aligner.predict(Time{1}, &nav));
+    Alignment out;
+    aligner.step(*predicted, *corners, out);
+    if (!out.consensus) continue;
+    // THEN where it says that it has found the tanker, it has
+    EXPECT_LT(worst_px(out.T_c_k), 3.5) << "seed " << seed;
+    ++found;
+  }
+  EXPECT_GE(found, 34);
+}
+
+TEST_F(AlignTest, SeesNoTankerInClutterAlone) {
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    see(nav.T_r_k, 0, 300, seed);
+    aligner.reset();
+    ASSERT_TRUE(aligner.predict(Time{1}, &nav));
+    Alignment out;
+    aligner.step(*predicted, *corners, out);
+    found += out.consensus ? 1 : 0;
+  }
+  RecordProperty("false_consensus_of_60", found);
+  EXPECT_LE(found, 18);
+}
+
+TEST_F(AlignTest, GoesOnWithoutNavigationFromThePoseOfEarlierFrames) {
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  Alignment out;
+  for (int k = 0; k < 60; ++k) {
+    see(moved(Vec3::Zero(), Vec3(0, 0.004 * k, -0.003 * k)), 10, 100, static_cast<std::uint64_t>(k + 1));
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, k < 5 ? &nav : nullptr));
+    aligner.step(*predicted, *corners, out);
+    ASSERT_TRUE(out.consensus) << "frame " << k;
+    EXPECT_LT(worst_px(out.T_c_k), 2.5) << "frame " << k;
+  }
+  EXPECT_TRUE(out.from_track);
+}
+
+TEST_F(AlignTest, HasNoPriorWithoutNavigationAtTheStart) {
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  EXPECT_FALSE(aligner.predict(Time{1}, nullptr));
+}
+
+TEST_F(AlignTest, SaysThatNavigationContradictsThePicture) {
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  Alignment out;
+  see(nav.T_r_k, 12, 50, 3);
+  for (int k = 0; k < 20; ++k) {
+    RelativeState state = nav;
+    if (k >= 10) state.T_r_k = moved(Vec3::Zero(), Vec3(0, 3, 0));  // 20 sigma to the right
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, &state));
+    aligner.step(*predicted, *corners, out);
+    ASSERT_TRUE(out.consensus) << k;
+    EXPECT_LT(worst_px(out.T_c_k), 2.0) << k;
+    if (k >= 10) EXPECT_GT(out.nav_disagreement, 50.0);
+    else EXPECT_LT(out.nav_disagreement, 20.0);
+  }
+}
+
+TEST_F(AlignTest, UsesNoHeapAndGivesTheSameBitsTwice) {
+  Alignment a, b;
+  for (Alignment* out : {&a, &b}) {
+    Aligner aligner({}, model, camera, T_c_r, 0.001);
+    see(moved({0.004, 0, 0.003}, {0.1, 0.1, -0.1}), 10, 300, 5);
+    const test::HeapGuard guard;
+    ASSERT_TRUE(aligner.predict(Time{1}, &nav));
+    aligner.step(*predicted, *corners, *out);
+    EXPECT_EQ(guard.count(), 0u);
+  }
+  EXPECT_EQ(a.T_c_k.translation().xyz, b.T_c_k.translation().xyz);
+  EXPECT_EQ(a.evidence, b.evidence);
+}
+
+TEST_F(AlignTest, LearnsWhichFeatureIsNoCorner) {
+  // GIVEN feature 4 whose corner always lies 1.5 px beside it
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  Alignment out;
+  for (int k = 0; k < 200; ++k) {
+    see(nav.T_r_k, 12, 0, static_cast<std::uint64_t>(k + 1));
+    corners->items[3].uv_px += Vec2(1.5, 0);
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, &nav));
+    aligner.step(*predicted, *corners, out);
+  }
+  EXPECT_GT(aligner.corner_variance_px2(3), 0.6);
+  EXPECT_LT(aligner.corner_variance_px2(0), 0.3);
+}
+
+}  // namespace
+}  // namespace cyclops
