@@ -3,7 +3,13 @@
 #include <stdexcept>
 
 // toml++ asserts where a file is merely wrong, e.g. "[(a]": an error for us, not the end of the program.
-#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : throw std::logic_error("toml++"))
+namespace {
+struct TomlAssertion : std::logic_error {
+  using std::logic_error::logic_error;
+};
+[[noreturn]] void toml_assertion(const char* condition) { throw TomlAssertion(condition); }
+}  // namespace
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : toml_assertion(#condition))
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -61,7 +67,7 @@ int line_of_assertion(const std::string& text) {
     try {
       (void)toml::parse(std::string_view(text).substr(0, end));
     } catch (const toml::parse_error&) {  // only cut short
-    } catch (const std::logic_error&) {
+    } catch (const TomlAssertion&) {
       return line;
     }
   }
@@ -227,7 +233,7 @@ Result<ConfigFile> ConfigFile::parse(const std::string& text, const std::string&
     file.state_->root = toml::parse(text, name);
   } catch (const toml::parse_error& e) {
     return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(e.source().begin.line), std::string(e.description()));
-  } catch (const std::logic_error&) {
+  } catch (const TomlAssertion&) {
     return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(line_of_assertion(text)), "cannot be understood: expected key = value or [table]");
   }
   file.state_->root_node = std::make_shared<ConfigTable::Node>();
