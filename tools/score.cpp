@@ -15,6 +15,7 @@
 #include <cyclops/truth_t.hpp>
 
 #include "record/event_log.hpp"
+#include "record/flight.hpp"
 
 namespace cyclops::tools {
 namespace {
@@ -87,6 +88,7 @@ Result<ByTime> read_published(const std::string& path) {
 
 Result<std::vector<truth_t>> read_truth(const std::string& flight) {
   std::vector<truth_t> out;
+  if (auto whole = FlightReader::open(flight); !whole.ok()) return whole.error();
   auto log = record::EventLog::open((std::filesystem::path(flight) / "messages.lcm").string());
   if (!log.ok()) return log.error();
   record::LogEvent event;

@@ -38,6 +38,11 @@ int main(int argc, char** argv) {
   app.add_option("--exit-when-idle", exit_when_idle_s, "end by itself when frames came and then none for so many seconds; 0: never")->check(CLI::Range(0.0, 3600.0));
   app.add_flag("-v,--verbose", verbose, "more words in the log");
   CLI11_PARSE(app, argc, argv);
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread, so that only the wait below sees them
   log::start(verbose ? log::Level::kDebug : log::Level::kInfo);
 
   auto rig = Rig::load(rig_path);
@@ -48,11 +53,6 @@ int main(int argc, char** argv) {
     if (!loaded.ok()) return log::error("config", loaded.error().message()), kBadConfig;
     profile = std::move(loaded).value();
   }
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread, so that only the wait below sees them
   (void)mlockall(MCL_CURRENT | MCL_FUTURE);       // wanted in flight, not needed on a bench without the right
 
   Pipeline pipeline(std::move(rig).value(), profile, options);

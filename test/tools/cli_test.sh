@@ -73,7 +73,7 @@ expect 1 "$work/noise.lcm: byte 0" cyclops-log diff "$work/noise.lcm" "$work/noi
 expect 1 "$work/noise.lcm: byte 0" cyclops-log csv "$work/noise.lcm" "$work/x.csv"
 
 # The service without a camera: it waits, and a signal ends it with the code for "no frame".
-timeout -s INT 2 test/in-netns.sh "$b/bin/cyclops" --rig "$work/good/rig.toml" --summary "$work/none.json" >"$work/out" 2>"$work/err"
+timeout -s INT 4 test/in-netns.sh "$b/bin/cyclops" --rig "$work/good/rig.toml" --summary "$work/none.json" >"$work/out" 2>"$work/err"
 tests=$((tests + 1))
 grep -q '0 frames went through' "$work/out" "$work/err" || { bad=$((bad + 1)); echo "FAILED: stopping a service without a camera"; cat "$work/out" "$work/err"; }
 grep -q '"frames_in_chain": 0' "$work/none.json" || { bad=$((bad + 1)); echo "FAILED: no summary of a service without a camera"; }
