@@ -60,7 +60,7 @@ program    = $(B)/bin/$(if $(filter src/service/cyclops_main.cpp,$(1)),cyclops,c
 PROGRAMS  := $(foreach m,$(MAINS),$(call program,$(m)))
 LIBS      := $(B)/lib/libtools.a $(B)/lib/libhil.a $(B)/lib/libcyclops.a
 
-.PHONY: help deps deps-extra all types run check unit integration bench fuzz asan ubsan tsan coverage spy install layers loc clean video
+.PHONY: help deps deps-extra all types run check unit integration bench fuzz asan ubsan tsan coverage spy install layers loc clean
 
 help: ## this list
 	@echo "Cyclops $(VERSION): measured tanker features for navigation. Usual: make run, make check."
