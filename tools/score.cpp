@@ -103,7 +103,8 @@ Result<std::vector<truth_t>> read_truth(const std::string& flight) {
 
 void fill(Scored& s, const Messages& m, const truth_t& truth) {
   for (const auto& p : m.prediction.items)
-    if (p.id == s.id && p.visibility != prediction_t::BEHIND_CAMERA && p.visibility != prediction_t::DISABLED) {
+    if (p.id == s.id && p.visibility != prediction_t::BEHIND_CAMERA && p.visibility != prediction_t::DISABLED &&
+        p.visibility != prediction_t::HIDDEN) {
       s.predicted = true;
       s.predicted_u = p.uv_px[0];
       s.predicted_v = p.uv_px[1];

@@ -28,7 +28,7 @@ for run in "- 1" "- 0" "config/thesis-2007.toml 0"; do
 done
 
 # No camera: it stays up, says so once, ends cleanly on SIGTERM with the code for "no frame".
-CYCLOPS=$b/bin/cyclops test/in-netns.sh bash -c '"$CYCLOPS" --rig "$1/flight/rig.toml" --summary "$1/none.json" 2>"$1/none.log" & p=$!; sleep 1.5; kill -TERM $p; wait $p' _ "$work"
+CYCLOPS=$b/bin/cyclops test/in-netns.sh bash -c '"$CYCLOPS" --rig "$1/flight/rig.toml" --summary "$1/none.json" 2>"$1/none.log" & p=$!; sleep 3; kill -TERM $p; wait $p' _ "$work"
 [ $? = 4 ] || fail "exit code without a camera"
 grep -q "waiting for it" "$work/none.log" || fail "no word about the missing camera"
 echo "live and offline agree"
