@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -11,6 +10,7 @@
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 
+#include "base/file.hpp"
 #include "hil/made_up_windscreen.hpp"
 #include "hil/motion.hpp"
 #include "hil/noise.hpp"
@@ -25,14 +25,6 @@ constexpr double kFirstFrame_s = 0.5, kTail_s = 0.3;              // TSPI begins
 constexpr double kDeg = 3.14159265358979323846 / 180;
 
 std::int64_t ns(double s) { return static_cast<std::int64_t>(std::llround(s * 1e9)); }
-
-Result<std::string> read_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 class Maker {
  public:
@@ -53,7 +45,7 @@ class Maker {
     say_navigation();
     CYCLOPS_TRY(say_frames(out));
     CYCLOPS_TRY(queue_.write(out));
-    auto table = read_text(s_.tanker);
+    auto table = read_file(s_.tanker);
     if (!table.ok()) return table.error();
     CYCLOPS_TRY(out.text("tanker.csv", *table));
     CYCLOPS_TRY(out.text("rig.toml", rig_toml()));

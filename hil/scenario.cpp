@@ -9,13 +9,6 @@ namespace {
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
 
-void read_vector(ConfigTable& t, const char* key, Vec3& out) {
-  std::vector<double> v{out.x(), out.y(), out.z()};
-  t.read(key, v);
-  if (v.size() == 3 && std::isfinite(v[0] + v[1] + v[2])) out = {v[0], v[1], v[2]};
-  else t.fail(key, "expected three finite numbers");
-}
-
 void read_camera(ConfigTable t, Scenario& s) {
   double focal_mm = 12.5, pitch_um = 12;
   t.read_in("width_px", 64, 4096, s.camera.width);
@@ -43,8 +36,8 @@ void read_mount(ConfigTable t, Scenario& s) {
   t.read_in("pan_deg", -180.0, 180.0, pan);
   t.read_in("tilt_deg", -90.0, 90.0, tilt);
   t.read_in("roll_deg", -180.0, 180.0, roll);
-  read_vector(t, "lens_in_receiver_m", s.lens_in_receiver_m);
-  read_vector(t, "nose_from_lens_m", s.nose_from_lens_m);
+  t.read_three("lens_in_receiver_m", 1e6, s.lens_in_receiver_m);
+  t.read_three("nose_from_lens_m", 1e6, s.nose_from_lens_m);
   t.read_in("boresight_error_deg", 0.0, 5.0, s.boresight_error_deg);
   s.mount = {pan * kDeg, tilt * kDeg, roll * kDeg};
 }
@@ -101,8 +94,8 @@ Result<Scenario> read(const ConfigFile& file) {
   read_mount(root.table("mount"), s);
   ConfigTable tanker = root.table("tanker");
   tanker.require("model", s.tanker);
-  read_vector(tanker, "ins", s.ins_in);
-  read_vector(tanker, "reference", s.reference_in);
+  tanker.read_three("ins", 1e6, s.ins_in);
+  tanker.read_three("reference", 1e6, s.reference_in);
   read_approach(root.table("approach"), s);
   read_tspi(root.table("tspi"), s);
   read_light(root.table("light"), s);

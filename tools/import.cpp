@@ -18,6 +18,7 @@
 #include <cyclops/truth_t.hpp>
 #include <cyclops/tspi_t.hpp>
 
+#include "base/file.hpp"
 #include "hil/flight_messages.hpp"
 #include "record/flight.hpp"
 #include "tools/csv.hpp"
@@ -168,14 +169,6 @@ std::string rig_toml(const Intrinsics& k, const Vec3& middle, double rate_hz, bo
   return o.str();
 }
 
-Result<std::string> read_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 /// The interval of the flagged frames when it is regular, else 1.
 int nav_interval(const std::vector<PriorPose>& prior) {
   std::int64_t last = -1, interval = 0;
@@ -256,7 +249,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
   auto k = read_camera((root / "camera.json").string());
   if (!k.ok()) return k.error();
   const std::string features_path = (root / "features.csv").string();
-  auto features_text = read_text(features_path);
+  auto features_text = read_file(features_path);
   if (!features_text.ok()) return features_text.error();
   auto model = TankerModel::parse(*features_text, features_path, 1.0, Vec3::Zero());
   if (!model.ok()) return model.error();

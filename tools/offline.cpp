@@ -16,8 +16,10 @@ namespace {
 
 class Run {
  public:
-  Run(FlightReader flight, const Rig& rig, const Profile& profile, MessageSink& sink)
+  Run(FlightReader flight, const Rig& rig, const Profile& profile, MessageSink& sink, const FrameObserver& observe)
       : flight_(std::move(flight)),
+        rig_(rig),
+        observe_(observe),
         front_(rig.stamper, rig.gps, profile.nav, rig.nav),
         chain_(rig, profile),
         publisher_(rig, sink),
@@ -76,8 +78,10 @@ class Run {
       FlightFrame pixels;
       CYCLOPS_TRY(flight_.frame(static_cast<std::int64_t>(ready.token), memory_, pixels));
       const bool seen = ready.frame.status != FrameStatus::kMissing;
-      chain_.step(ready, seen ? pixels.image : ImageView{}, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
+      const ImageView image = seen ? pixels.image : ImageView{};
+      chain_.step(ready, image, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
       publisher_.frame(*out_, front_.gps_time(ready.frame.t_mid), {});
+      if (observe_) observe_(rig_, *out_, image);
       ++result_.frames_out;
       for (std::size_t s = 0; s < kStages; ++s) result_.stage[s].add(out_->stage_time[s]);
       result_.chain.add(out_->chain_time);
@@ -86,6 +90,8 @@ class Run {
   }
 
   FlightReader flight_;
+  const Rig& rig_;
+  const FrameObserver& observe_;
   Front front_;
   Chain chain_;
   Publisher publisher_;
@@ -96,7 +102,8 @@ class Run {
 
 }  // namespace
 
-Result<OfflineResult> run_offline(const std::string& folder, const Profile& profile, const std::string& log, const std::function<void(double)>& progress) {
+Result<OfflineResult> run_offline(const std::string& folder, const Profile& profile, const std::string& log,
+                                  const std::function<void(double)>& progress, const FrameObserver& observe) {
   auto flight = FlightReader::open(folder);
   if (!flight.ok()) return flight.error();
   auto rig = Rig::load(flight->path("rig.toml"));
@@ -106,7 +113,7 @@ Result<OfflineResult> run_offline(const std::string& folder, const Profile& prof
   LogSink sink(std::move(writer).value());
   const FlightManifest manifest = flight->manifest();
   const auto begin = std::chrono::steady_clock::now();
-  auto run = std::make_unique<Run>(std::move(flight).value(), *rig, profile, sink);
+  auto run = std::make_unique<Run>(std::move(flight).value(), *rig, profile, sink, observe);
   auto result = run->all(progress);
   if (!result.ok()) return result;
   CYCLOPS_TRY(sink.close());

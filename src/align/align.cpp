@@ -42,8 +42,7 @@ struct Prior {
 
 }  // namespace
 
-Result<AlignConfig> AlignConfig::read(ConfigTable& t) {
-  AlignConfig c;
+Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read("enabled", c.enabled);
   t.read_in("corner_sigma_px", 0.05, 20.0, c.corner_sigma_px);
   t.read_in("scatter_gain", 0.0, 1.0, c.scatter_gain);

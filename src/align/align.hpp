@@ -44,7 +44,7 @@ struct AlignConfig {
   double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
   double search_most_px{60};      ///< but no further
   double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
-  static Result<AlignConfig> read(ConfigTable& table);
+  static Result<AlignConfig> read(ConfigTable& table, AlignConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const AlignConfig&) const = default;
 };
 

@@ -24,8 +24,7 @@ double largest_variance(const CornerSet& corners) {
 
 }  // namespace
 
-Result<AssociateConfig> AssociateConfig::read(ConfigTable& table) {
-  AssociateConfig c;
+Result<AssociateConfig> AssociateConfig::read(ConfigTable& table, AssociateConfig c) {
   table.read_enum("gate", {"fixed", "mahalanobis"}, c.gate);
   table.read_in("gate_px", 1.0, 200.0, c.gate_px);
   table.read_in("epsilon_px", 1e-6, 10.0, c.epsilon_px);

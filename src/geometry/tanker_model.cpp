@@ -2,10 +2,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
+
+#include "base/file.hpp"
 
 namespace cyclops {
 namespace {
@@ -135,11 +136,9 @@ Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string
 }
 
 Result<TankerModel> TankerModel::load(const std::string& path, double unit, const Vec3& ins_model) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse(text.str(), path, unit, ins_model);
+  auto text = read_file(path);
+  if (!text.ok()) return text.error();
+  return parse(*text, path, unit, ins_model);
 }
 
 }  // namespace cyclops

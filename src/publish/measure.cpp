@@ -54,8 +54,7 @@ Measurement measure_one(const Track& predicted, const Match& match, const Corner
 
 }  // namespace
 
-Result<PublishConfig> PublishConfig::read(ConfigTable& table) {
-  PublishConfig c;
+Result<PublishConfig> PublishConfig::read(ConfigTable& table, PublishConfig c) {
   table.read_in("max_nis", 0.0, 1e6, c.max_nis);
   table.read_in("typical_nis", 0.1, 100.0, c.typical_nis);
   table.read_in("enough_features", 1, 1024, c.enough_features);

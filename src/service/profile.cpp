@@ -24,7 +24,7 @@ Result<Profile> Profile::load(const std::string& path) {
   ConfigTable root = file->root();
   const auto take = [&](const char* key, auto& config) -> Result<> {
     ConfigTable table = root.table(key);
-    auto read = std::remove_reference_t<decltype(config)>::read(table);
+    auto read = std::remove_reference_t<decltype(config)>::read(table, config);
     if (!read.ok()) return read.error();
     config = *read;
     return Ok{};
