@@ -97,7 +97,7 @@ $(FLAGS):
 	@mkdir -p $(@D); printf '%s' '$(subst ','\'',$(CXX) $(CPPFLAGS) $(CXXFLAGS))' >$@
 $(B)/obj/%.o: %.cpp $(FLAGS) | $(TYPES_STAMP)
 	@mkdir -p $(@D); echo "  c++ $<"
-	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MMD -MP -c $< -o $@
+	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MD -MP -c $< -o $@
 $(B)/lib/libcyclops.a: $(call objects,$(LIB_SRC))
 $(B)/lib/libhil.a: $(call objects,$(HIL_SRC))
 $(B)/lib/libtools.a: $(call objects,$(TOOL_SRC))

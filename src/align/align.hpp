@@ -67,6 +67,12 @@ class Aligner {
   /// `predicted` says which features can be seen; its positions are not used. Call after predict, once a frame.
   void step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out);
 
+  /// Refines the pose of step() with edges that were found from it, corners included again. Edges not proven are not used.
+  void refine(const EdgeSet& edges, Alignment& out);
+
+  /// What this frame teaches about predicting the next. Call last, once a frame.
+  void learn(const Alignment& alignment);
+
   /// Moves every prediction to the aligned pose, covariance from the alignment, survey and lens.
   void apply(const Alignment& alignment, PredictionSet& predicted) const;
 

@@ -56,7 +56,8 @@ double Associator::radius_px(const Track& track, double corner_variance) const {
 /// Below 0: not in the gate. Mahalanobis only; the gain of the fixed gate is gate - distance.
 double Associator::likelihood_gain(const Track& track, const Corner& corner) const {
   const Vec2 d = corner.uv_px - track.uv_px;
-  const double model = config_.model_sigma_px * config_.model_sigma_px;
+  if (corner.feature >= 0 && corner.feature != track.feature) return -1;
+  const double model = corner.kind == PointKind::kCorner ? config_.model_sigma_px * config_.model_sigma_px : 0;
   const double a = track.cov_px2(0, 0) + corner.cov_px2(0, 0) + model, c = track.cov_px2(1, 1) + corner.cov_px2(1, 1) + model;
   const double b = track.cov_px2(0, 1) + corner.cov_px2(0, 1);
   const double det = a * c - b * b;

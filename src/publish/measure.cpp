@@ -29,6 +29,7 @@ void fill_innovation(const Track& predicted, const Corner& corner, Measurement& 
 }
 
 void fill_point(const Corner& corner, const Camera& camera, Measurement& m) {
+  m.kind = corner.kind;
   m.raw_px = corner.uv_px;
   m.ideal_px = camera.ideal_from_raw(corner.uv_px);
   m.z_m = camera.z_point_m(m.ideal_px);

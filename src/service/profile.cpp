@@ -34,6 +34,8 @@ Result<Profile> Profile::load(const std::string& path) {
   CYCLOPS_TRY(take("segment", p.segment));
   CYCLOPS_TRY(take("detect", p.detect));
   CYCLOPS_TRY(take("align", p.align));
+  CYCLOPS_TRY(take("edge", p.edge));
+  CYCLOPS_TRY(take("patch", p.patch));
   CYCLOPS_TRY(take("associate", p.associate));
   CYCLOPS_TRY(take("track", p.track));
   CYCLOPS_TRY(take("publish", p.publish));

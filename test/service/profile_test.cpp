@@ -27,6 +27,8 @@ TEST(Profile, TheDefaultFileSaysWhatIsBuiltIn) {
   EXPECT_EQ(file->segment, built_in.segment);
   EXPECT_EQ(file->detect, built_in.detect);
   EXPECT_EQ(file->align, built_in.align);
+  EXPECT_EQ(file->edge, built_in.edge);
+  EXPECT_EQ(file->patch, built_in.patch);
   EXPECT_EQ(file->associate, built_in.associate);
   EXPECT_EQ(file->track, built_in.track);
   EXPECT_EQ(file->publish, built_in.publish);
