@@ -156,7 +156,9 @@ Result<TruthByFrame> read_truth(const std::string& path) {
   return out;
 }
 
-std::string rig_toml(const Intrinsics& k, const Vec3& middle, double rate_hz, bool sixteen) {
+constexpr double kSurveyShare = 0.001;  // of the model's radius: a survey as good as that of the thesis' tanker, roughly
+
+std::string rig_toml(const Intrinsics& k, const Vec3& middle, double radius, double rate_hz, bool sixteen) {
   std::ostringstream o;
   o.precision(17);
   o << "# Made by cyclops-import. The camera looks along the receiver's nose from the receiver's INS.\n[camera]\naddress = \"127.0.0.1\"\n"
@@ -164,7 +166,7 @@ std::string rig_toml(const Intrinsics& k, const Vec3& middle, double rate_hz, bo
     << "\nexposure_us = " << static_cast<double>(kExposure_ns) * 1e-3 << "\nfx_px = " << k.fx_px << "\nfy_px = " << k.fy_px << "\ncx_px = " << k.cx_px
     << "\ncy_px = " << k.cy_px << "\npitch_um = 10.0  # not known; only scales Z(t)\nk1 = " << k.k1 << "\nk2 = " << k.k2 << "\np1 = " << k.p1 << "\np2 = " << k.p2
     << "\nk3 = " << k.k3 << "\n[mount]\npan_deg = 0.0\ntilt_deg = 0.0\nroll_deg = 0.0\nlens_in_receiver_m = [0.0, 0.0, 0.0]\nboresight_sigma_deg = 0.0\n"
-    << "[tanker]\nmodel = \"tanker.csv\"\nunit = \"m\"\nins = [" << middle.x() << ", " << middle.y() << ", " << middle.z() << "]\n"
+    << "[tanker]\nmodel = \"tanker.csv\"\nunit = \"m\"\nins = [" << middle.x() << ", " << middle.y() << ", " << middle.z() << "]\nsigma = " << kSurveyShare * radius << "  # where features.csv lists none\n"
     << "[strobe]\nsource = \"socket\"\nsocket = \"@cyclops-strobe\"\nedge = \"rising\"\n";
   return o.str();
 }
@@ -374,7 +376,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
   }
   CYCLOPS_TRY(messages.write(out));
   CYCLOPS_TRY(out.text("tanker.csv", *features_text));
-  CYCLOPS_TRY(out.text("rig.toml", rig_toml(*k, middle, std::round(1e6 / period_s) * 1e-6, report.sixteen_bit)));
+  CYCLOPS_TRY(out.text("rig.toml", rig_toml(*k, middle, radius, std::round(1e6 / period_s) * 1e-6, report.sixteen_bit)));
   FlightManifest manifest;
   manifest.name = fs::weakly_canonical(root).filename().string();
   manifest.origin = "imported";

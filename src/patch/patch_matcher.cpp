@@ -71,10 +71,9 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
         patch.frames = std::min(patch.frames + 1, kLongest);
         patch.offset_px += (found.uv_px - p.uv_px - patch.offset_px) / patch.frames;
         place = found.uv_px - patch.offset_px;
-        const double share = 1 / patch.frames + 1 / kLongest;
         Corner corner;
         corner.uv_px = place;
-        corner.cov_px2 = found.cov_px2 + share * p.cov_px2 + config_.anchor_floor_px * config_.anchor_floor_px * Mat2::Identity();
+        corner.cov_px2 = found.cov_px2 + p.cov_px2 + config_.anchor_floor_px * config_.anchor_floor_px * Mat2::Identity();
         corner.subpixel = true;
         corner.kind = PointKind::kPatch;
         corner.feature = p.feature;

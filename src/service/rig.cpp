@@ -80,6 +80,12 @@ Result<Rig> Rig::load(const std::string& path) {
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   tanker.read_three("ins", kFarthest, ins);
+  const double metres = unit_choice == 0 ? 0.0254 : 1.0;
+  double survey_m = kSurveySigma_m;
+  if (double sigma = 0; tanker.has("sigma")) {
+    tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
+    survey_m = sigma * metres;
+  }
   ConfigTable strobe = root.table("strobe"), time = root.table("time"), tspi = root.table("tspi");
   const auto take = [](auto result, auto& out) -> Result<> {
     if (!result.ok()) return result.error();
@@ -93,7 +99,7 @@ Result<Rig> Rig::load(const std::string& path) {
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  auto loaded = TankerModel::load(file->resolve(model), unit_choice == 0 ? 0.0254 : 1.0, ins);
+  auto loaded = TankerModel::load(file->resolve(model), metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
   if (!windscreen.empty()) {
