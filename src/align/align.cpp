@@ -19,6 +19,8 @@ using CameraPose = Pose<frame::C, frame::K>;
 
 constexpr int kGrow = 14;          // features added to a reading before all are rated
 constexpr int kRefine = 6;         // Gauss-Newton steps
+constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
+constexpr double kScatterWorth = 5; // residuals that the first guess of a feature's scatter is worth
 constexpr double kTooFar_m = 1e4;
 
 CameraPose moved(const CameraPose& T, const Vec6& d) {
@@ -74,6 +76,7 @@ struct Aligner::State {
     for (const Feature& f : model.features()) body.push_back(model.in_body(f));
     problem.seen.reserve(n);
     scatter.assign(n, config.corner_sigma_px * config.corner_sigma_px);
+    scatter_frames.assign(n, 0);
     residuals.reserve(n);
     problem.corner.reserve(n * static_cast<std::size_t>(config.candidates));
     readings.reserve(static_cast<std::size_t>(config.readings) + 1);
@@ -110,6 +113,7 @@ struct Aligner::State {
   std::vector<Residual> residuals;     // of the last refinement
   Prior used;                          // the prior that the reading of this frame came from
   const EdgeSet* edges{nullptr};       // taken part in the refinement, or null
+  std::vector<double> scatter_frames;  // by feature: how many residuals its scatter holds
   std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
 
   [[nodiscard]] Prior prior_from(const RelativeState& state) const;
@@ -118,7 +122,7 @@ struct Aligner::State {
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
   void refine(const Prior& prior, const Vec6& start, Alignment& out);
-  void add_edges(const CameraPose& pose, Mat6& H, Vec6& g) const;
+  void add_edges(const CameraPose& pose, double slack_px, Mat6& H, Vec6& g) const;
   void learn(const Alignment& out);
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
   void place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const;
@@ -292,7 +296,7 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
       H += w * full.transpose() * full;
       g += w * full.transpose() * (*z - *uv);
     }
-    if (edges != nullptr) add_edges(pose, H, g);
+    if (edges != nullptr) add_edges(pose, kSlack_px[step], H, g);
     const Vec6 change = H.ldlt().solve(g);
     if (!change.allFinite()) break;
     d += change;
@@ -303,12 +307,13 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
   out.considered = static_cast<std::uint32_t>(problem.seen.size());
 }
 
-/// Two places on each proven edge, known across it only. Same weights as for corners.
-void Aligner::State::add_edges(const CameraPose& pose, Mat6& H, Vec6& g) const {
+/// Two places on each proven edge, known across it only. Weights as for corners, but with some slack in the first steps: edges are
+/// so sharp that they would all count as outliers as long as the corners alone hold the pose.
+void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H, Vec6& g) const {
   const double c2 = config.robust_scale * config.robust_scale;
   for (const Edge& edge : *edges) {
     if (!edge.proven) continue;
-    const double variance = edge.sigma_px * edge.sigma_px + edge.bias_sigma_px * edge.bias_sigma_px;
+    const double variance = edge.sigma_px * edge.sigma_px + edge.bias_sigma_px * edge.bias_sigma_px + slack_px * slack_px;
     const Vec3 &a = body[edge.feature[0]].xyz, &b = body[edge.feature[1]].xyz;
     for (const Edge::Point& p : edge.inner) {
       const Point<frame::K> place(a + p.share * (b - a));
@@ -333,7 +338,9 @@ void Aligner::State::learn(const Alignment& out) {
   const double lost = n > 3.5 ? n / (n - 3) : 4;  // six parameters were fitted to 2 n numbers
   for (const Residual& r : residuals) {
     double& v = scatter[r.feature];
-    v += config.scatter_gain * (std::min(0.5 * r.square_px2 * lost, 9.0) - v);
+    double& seen = scatter_frames[r.feature];
+    const double gain = config.scatter_gain == 0 ? 0 : std::max(config.scatter_gain, 1 / (kScatterWorth + seen++));
+    v += gain * (std::min(0.5 * r.square_px2 * lost, 9.0) - v);
     v = std::max(v, config.scatter_floor_px * config.scatter_floor_px);
   }
   if (locked && track.valid) {
@@ -365,6 +372,7 @@ Aligner::~Aligner() = default;
 void Aligner::reset() {
   s_->locked = false;
   s_->scatter.assign(s_->scatter.size(), s_->config.corner_sigma_px * s_->config.corner_sigma_px);
+  s_->scatter_frames.assign(s_->scatter_frames.size(), 0);
   s_->previous_nav = {};
   s_->has_shape = false;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "detect/pixel_noise.hpp"
+#include "geometry/ellipse.hpp"
 
 namespace cyclops {
 namespace {
@@ -44,6 +45,8 @@ std::size_t peaks_of(int width, int height, int radius) {  // two maxima are mor
   return along(width) * along(height);
 }
 
+constexpr int kNoiseHalf = 15;  // of the square whose noise counts for a single corner
+
 }  // namespace
 
 CornerDetector::CornerDetector(const DetectConfig& config, int max_width, int max_height)
@@ -73,6 +76,28 @@ void CornerDetector::detect(const ImageView& image, const RowMask* missing, cons
   }
   found_size_ = keep_strongest(found_.data(), found_size_, static_cast<std::size_t>(config_.max_corners), out);
   for (std::size_t i = 0; i < found_size_; ++i) report(image, missing, found_[i], out);
+}
+
+void CornerDetector::detect_near(const ImageView& image, const RowMask* missing, const PredictionSet& expected, CornerSet& out) {
+  if (config_.subpixel_window_px == 0 || config_.near_px <= 0) return;
+  const std::size_t before = out.items.size();
+  for (const Prediction& p : expected.items) {
+    if (p.visibility != Visibility::kVisible) continue;
+    const auto near = [&](const Corner& c) { return c.kind == PointKind::kCorner && (c.uv_px - p.uv_px).squaredNorm() <= config_.near_px * config_.near_px; };
+    if (std::any_of(out.items.begin(), out.items.begin() + before, near)) continue;
+    const int u = static_cast<int>(std::lround(p.uv_px.x())), v = static_cast<int>(std::lround(p.uv_px.y()));
+    const PixelRect around = PixelRect{u - kNoiseHalf, v - kNoiseHalf, u + kNoiseHalf + 1, v + kNoiseHalf + 1}.within(whole(image));
+    if (around.empty()) continue;
+    const BoxFacts facts{estimate_noise_variance(image, around, missing), true};
+    const Localised fine = refiner_.refine(image, u, v, noise_variance(image, facts, {0, static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v)}));
+    if (!fine.converged || (fine.uv_px - p.uv_px).norm() > config_.near_px) continue;
+    if (larger_sigma(fine.cov_px2) > config_.near_sigma_px) continue;
+    const int fu = static_cast<int>(std::lround(fine.uv_px.x())), fv = static_cast<int>(std::lround(fine.uv_px.y()));
+    if (!readable(image, missing, facts, fu, fv, refiner_.reach())) continue;
+    Corner corner{fine.uv_px, fine.cov_px2, 0, true};
+    corner.feature = p.feature;
+    if (!out.items.try_push_back(corner)) ++out.overflow;
+  }
 }
 
 /// Appends to found_ what exceeds the threshold.

@@ -29,6 +29,10 @@ class CornerDetector {
   /// `missing`: rows without data, or null.
   void detect(const ImageView& image, const RowMask* missing, const SubImageSet& boxes, CornerSet& out);
 
+  /// Looks once more, without a threshold, where a visible feature is expected and detect() found nothing near: appends what the
+  /// sub-pixel step converges to, for that feature only. Call after detect, with the same image.
+  void detect_near(const ImageView& image, const RowMask* missing, const PredictionSet& expected, CornerSet& out);
+
  private:
   struct Found {
     Peak peak;

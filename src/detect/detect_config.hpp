@@ -49,6 +49,8 @@ struct DetectConfig {
   int saturation_counts{-1};          ///< this value and above is not known; -1 = largest code of the format, 0 = off
   int max_corners{kMaxCorners};       ///< of a frame; the strongest stay
   int max_corners_per_box{1024};
+  double near_px{1.5};             ///< around an aligned feature: second look without a threshold; 0: none
+  double near_sigma_px{0.3};       ///< larger 1 sigma that such a corner may have
 
   /// The thesis' settings: kThesis, mean over the box, no noise floor, no sub-pixel step, no saturation check.
   [[nodiscard]] static DetectConfig thesis();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/ellipse.hpp"
+
 namespace cyclops {
 namespace {
 
@@ -350,8 +352,7 @@ void EdgeFinder::crossings(const EdgeSet& found, CornerSet& corners) const {
       chi2 += r * r / variance;
     });
     corner.cov_px2 *= std::max(1.0, n > 2 ? chi2 / (n - 2) : 1.0);
-    const double half = 0.5 * corner.cov_px2.trace();
-    if (half + std::sqrt(std::max(0.0, half * half - corner.cov_px2.determinant())) > config_.crossing_sigma_px * config_.crossing_sigma_px) continue;
+    if (larger_sigma(corner.cov_px2) > config_.crossing_sigma_px) continue;
     corner.uv_px = around + shift;
     corner.subpixel = true;
     corner.kind = PointKind::kCrossing;

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/ellipse.hpp"
+
 namespace cyclops {
 namespace {
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
 constexpr int kMostMisses = 5;          // in a row, then the patch is taken anew
 constexpr double kLongest = 60;         // frames: the anchor follows the mean of so many
+constexpr double kWanderGain = 0.2;
+constexpr double kUnknownWander = 2;     // of a patch just taken, in units of the most that is steady
 constexpr int kRefine = 6;
 constexpr double kLeastContrast = 2.0;  // counts, rms of a patch
 
@@ -38,11 +42,6 @@ float between(const float* image, int side, double u, double v) {
   return top + fv * (low - top);
 }
 
-double larger_sigma(const Mat2& cov) {
-  const double half = 0.5 * cov.trace();
-  return std::sqrt(half + std::sqrt(std::max(0.0, half * half - cov.determinant())));
-}
-
 }  // namespace
 
 PatchMatcher::PatchMatcher(const PatchConfig& config, const TankerModel& model, const Camera& camera)
@@ -68,8 +67,10 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
       Found found;
       if (turn(patch, alignment.T_c_k, p.feature) && match(image, missing, p, found)) {
         patch.misses = 0;
+        const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
+        patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
         patch.frames = std::min(patch.frames + 1, kLongest);
-        patch.offset_px += (found.uv_px - p.uv_px - patch.offset_px) / patch.frames;
+        patch.offset_px += gap / patch.frames;
         place = found.uv_px - patch.offset_px;
         Corner corner;
         corner.uv_px = place;
@@ -77,7 +78,8 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
         corner.subpixel = true;
         corner.kind = PointKind::kPatch;
         corner.feature = p.feature;
-        if (larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
+        const bool steady = patch.wander2 <= config_.steady_px * config_.steady_px;
+        if (steady && larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
         anew = !looks_alike(patch, alignment.T_c_k, p.feature);
       } else {
         anew = ++patch.misses >= kMostMisses;
@@ -88,6 +90,7 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
     patch.known = take(image, missing, alignment.T_c_k, place, patch);
     patch.frames = std::max(1.0, frames);
     patch.offset_px.setZero();
+    if (frames == 0) patch.wander2 = kUnknownWander * config_.steady_px * config_.steady_px;
     patch.misses = 0;
   }
 }

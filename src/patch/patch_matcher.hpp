@@ -8,6 +8,8 @@
 /// Anchor   the mean of matched less aligned place over the frames since the patch was taken is removed, so that a match
 ///          tells where the feature is and not what error the pose had in one frame. The anchor's variance shrinks with the
 ///          number of frames, down to a floor.
+/// Steady   surroundings that belong to something else, before or behind, slide against the feature as the view turns: a patch
+///          is used only while its place wanders little about its anchor.
 /// Anew     a patch is taken again when the view has turned or the scale has changed too far, at the place that the old
 ///          one and its anchor give.
 /// Match    normalised cross-correlation on whole pixels, then Gauss-Newton for the shift. Covariance from the gradients and
@@ -46,6 +48,7 @@ class PatchMatcher {
     Vec2 inside_px{0, 0};                 // feature within the store, from its middle
     Vec2 offset_px{0, 0};                 // mean of matched less aligned place
     double frames{0};
+    double wander2{0};                    // mean square of match less anchor, px^2 an axis
     int misses{0};                        // in a row
     std::array<float, kStore * kStore> store{};
   };

@@ -84,6 +84,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   watch.lap(Stage::kAlign, out);
   find_edges(seen ? image : ImageView{}, missing, out);
   watch.lap(Stage::kEdge, out);
+  if (out.alignment.consensus && seen) detector_.detect_near(image, missing, out.aligned, out.corners);
   if (out.alignment.consensus && seen) patch_matcher_.step(image, missing, out.alignment, out.aligned, out.corners);
   watch.lap(Stage::kPatch, out);
   out.tracks_before = tracker_.tracks();

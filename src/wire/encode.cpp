@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/ellipse.hpp"
+
 namespace cyclops {
 namespace {
 
@@ -38,13 +40,6 @@ void put_symmetric(T (&out)[3], const Mat2& m) {
 template <class Set>
 std::int32_t count(const Set& set) {
   return static_cast<std::int32_t>(set.size());
-}
-
-/// Square root of the larger eigenvalue.
-double larger_sigma(const Mat2& m) {
-  const double mean = 0.5 * (m(0, 0) + m(1, 1));
-  const double half = std::hypot(0.5 * (m(0, 0) - m(1, 1)), 0.5 * (m(0, 1) + m(1, 0)));
-  return std::sqrt(std::max(0.0, mean + half));
 }
 
 void fill(prediction_t& out, const Prediction& p, float gate_px) {

@@ -1,0 +1,102 @@
+#include "patch/patch_matcher.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "test/plate.hpp"
+
+namespace cyclops {
+namespace {
+
+/// Soft blots: nothing a corner detector would find a corner in, at none of the features.
+double blots(double y, double z) { return 120 + 45 * std::sin(5.1 * y + 2 * std::sin(3 * z)) + 35 * std::cos(4.3 * z - 1.7 * y); }
+double dark(double, double) { return 60; }
+
+class PatchMatcherTest : public ::testing::Test {
+ protected:
+  /// Pose of frame n: the plate drifts, turns and comes nearer.
+  static test::CameraPose truth(int n) { return test::Plate::pose({0.1 + 0.002 * n, -0.1, 0.05 + 0.004 * n}, {0.02 * n, -0.1, 9 - 0.03 * n}); }
+  void frame(PatchMatcher& matcher, int n, const test::CameraPose& aligned_pose, const test::Paint& paint = blots) {
+    image = plate.draw(truth(n), paint, dark, static_cast<std::uint64_t>(n + 1));
+    alignment.consensus = true;
+    alignment.T_c_k = aligned_pose;
+    plate.predict(aligned_pose, 0.3, *aligned);
+    corners->items.clear();
+    matcher.step(image, nullptr, alignment, *aligned, *corners);
+  }
+  const Corner* of(int feature) const {
+    for (const Corner& c : corners->items)
+      if (c.feature == feature) return &c;
+    return nullptr;
+  }
+
+  test::Plate plate;
+  ImageView image;
+  Alignment alignment;
+  std::unique_ptr<PredictionSet> aligned = std::make_unique<PredictionSet>();
+  std::unique_ptr<CornerSet> corners = std::make_unique<CornerSet>();
+};
+
+TEST_F(PatchMatcherTest, FindsWhatIsNoCornerAgain) {
+  // GIVEN a pose that is right on average and wrong by some 0.7 px in each frame
+  PatchMatcher matcher({}, plate.model, plate.camera);
+  test::Random random(5);
+  std::normal_distribution<double> n(0, 0.02);
+  double sum = 0;
+  int found = 0;
+  for (int k = 0; k < 40; ++k) {
+    const auto t = truth(k);
+    frame(matcher, k, {t.rotation(), Point<frame::C>(t.translation().xyz + Vec3(n(random), n(random), 0))});
+    if (k < 25) continue;
+    for (int f = 4; f < 6; ++f)
+      if (const Corner* c = of(f)) {
+        const Vec2 error = c->uv_px - plate.at(t, static_cast<std::size_t>(f));
+        sum += error.norm();
+        EXPECT_LT(error.dot(c->cov_px2.inverse() * error), 11.0);
+        EXPECT_EQ(c->kind, PointKind::kPatch);
+        ++found;
+      }
+  }
+  // THEN the two features inside are found nearly always, better than the pose of a frame is known
+  EXPECT_GE(found, 26);
+  EXPECT_LT(sum / found, 0.45);
+}
+
+TEST_F(PatchMatcherTest, WhatSlidesAgainstTheFeatureIsNotIt) {
+  // GIVEN surroundings painted on something else, which moves by 0.5 px a frame against the plate
+  PatchMatcher matcher({}, plate.model, plate.camera);
+  int found = 0;
+  for (int k = 0; k < 40; ++k) {
+    frame(matcher, k, truth(k), [k](double y, double z) { return blots(y + 0.015 * k, z); });
+    if (k >= 10 && of(4) != nullptr) ++found;
+  }
+  EXPECT_LE(found, 3);
+}
+
+TEST_F(PatchMatcherTest, NoConsensusNoImageNoContrastGiveNothing) {
+  PatchMatcher matcher({}, plate.model, plate.camera);
+  for (int k = 0; k < 6; ++k) frame(matcher, 0, truth(0), dark);
+  EXPECT_TRUE(corners->items.empty());
+  for (int k = 0; k < 12; ++k) frame(matcher, 0, truth(0));
+  EXPECT_FALSE(corners->items.empty());
+  corners->items.clear();
+  auto mask = std::make_unique<RowMask>();
+  for (int v = 0; v < 240; ++v) mask->set_missing(v);
+  matcher.step(image, mask.get(), alignment, *aligned, *corners);
+  alignment.consensus = false;
+  matcher.step(image, nullptr, alignment, *aligned, *corners);
+  EXPECT_TRUE(corners->items.empty());
+}
+
+TEST_F(PatchMatcherTest, UsesNoHeapOnceMade) {
+  PatchMatcher matcher({}, plate.model, plate.camera);
+  frame(matcher, 0, truth(0));
+  const test::HeapGuard guard;
+  matcher.step(image, nullptr, alignment, *aligned, *corners);
+  EXPECT_EQ(guard.count(), 0U);
+}
+
+}  // namespace
+}  // namespace cyclops
