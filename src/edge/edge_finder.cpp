@@ -171,7 +171,7 @@ void EdgeFinder::take_profiles(const ImageView& image, const RowMask* missing) {
 /// Of one interpolated pixel, from the median bend of the profiles. At least that of rounding to whole counts.
 double EdgeFinder::noise_sigma() {
   bends_.clear();
-  for (std::size_t i = 0; i < count_; ++i)
+  for (std::size_t i = 0; i < count_; i += 3)
     for (int k = 1; samples_[i].readable && k < 2 * reach_; ++k) {
       const float* f = &samples_[i].profile[static_cast<std::size_t>(k)];
       bends_.push_back(std::fabs(f[-1] - 2 * f[0] + f[1]));
@@ -235,19 +235,21 @@ EdgeFinder::Line EdgeFinder::vote(bool rising, double sigma_px, double& score) c
         row[static_cast<std::size_t>(low + 1)] += part;
       }
     }
+  const double width = 0.5 / (2.25 * sigma_px * sigma_px);
+  std::array<double, kBins> near;
+  for (int bin = 0; bin < kBins; ++bin) near[static_cast<std::size_t>(bin)] = std::exp(-width * (bin - middle) * (bin - middle) * kBin_px * kBin_px);
   Line best;
   score = 0;
-  for (int slope = -kSlopes; slope <= kSlopes; ++slope)
-    for (int bin = 1; bin + 1 < kBins; ++bin) {
-      const auto& row = votes[static_cast<std::size_t>(slope + kSlopes)];
-      const double offset = (bin - middle) * kBin_px, bend = slope * kBin_px;
-      const double near = 0.5 * (offset * offset + bend * bend / 6) / (2.25 * sigma_px * sigma_px);
-      const auto b = static_cast<std::size_t>(bin);
-      const double s = (row[b] + 0.5 * (row[b - 1] + row[b + 1])) * std::exp(-near);
+  for (int slope = -kSlopes; slope <= kSlopes; ++slope) {
+    const auto& row = votes[static_cast<std::size_t>(slope + kSlopes)];
+    const double level = std::exp(-width * slope * slope * kBin_px * kBin_px / 6);
+    for (std::size_t bin = 1; bin + 1 < kBins; ++bin) {
+      const double s = (row[bin] + 0.5 * (row[bin - 1] + row[bin + 1])) * near[bin] * level;
       if (s <= score) continue;
       score = s;
-      best = {offset, bend};
+      best = {(static_cast<int>(bin) - middle) * kBin_px, slope * kBin_px};
     }
+  }
   return best;
 }
 

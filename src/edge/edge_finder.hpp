@@ -42,7 +42,7 @@ class EdgeFinder {
   [[nodiscard]] bool proven(const Edge& edge) const { return pairs_[edge.pair].strength >= config_.proven; }
 
  private:
-  static constexpr int kMostSamples = 48;
+  static constexpr int kMostSamples = 32;
   static constexpr int kMostPeaks = 4;      // of one sample
   static constexpr int kMostReach = 15;     // px across
   struct Pair {
