@@ -41,22 +41,22 @@ double interpolated(const std::vector<double>& at, const std::vector<double>& va
 class NavigationHalf {
  public:
   explicit NavigationHalf(const FlightScene& scene)
-      : scene_(scene), n_(scene.scenario.navigation), seed_(key(static_cast<std::uint64_t>(n_.seed), 0x4E41)), errors_(n_, key(seed_, 3), samples()), told_(scene.true_place) {
+      : scene_(scene), n_(scene.scenario.navigation), seed_(key(static_cast<std::uint64_t>(n_.seed), 0x4E41)), errors_(n_, key(seed_, 3), samples()), told_{scene.true_place, n_.is_true ? 0 : n_.boresight_sigma_deg, {}} {
     if (!n_.is_true) {
       const auto drawn = [&](std::uint64_t what, double sigma) {
         return Vec3(sigma * Vec3(normal(key(seed_, what, 0)), normal(key(seed_, what, 1)), normal(key(seed_, what, 2))));
       };
-      told_.R_c_r = Rotation<frame::C, frame::C>(so3_exp(drawn(5, n_.boresight_sigma_deg * kDeg))) * told_.R_c_r;
-      told_.lens_in_receiver_m += drawn(6, n_.lever_arm_sigma_m);
-      points_.receiver_ins_from_tspi_m = drawn(7, n_.lever_arm_sigma_m);
-      points_.tanker_ins_from_tspi_m = drawn(8, n_.lever_arm_sigma_m);
+      told_.place.R_c_r = Rotation<frame::C, frame::C>(so3_exp(drawn(5, n_.boresight_sigma_deg * kDeg))) * told_.place.R_c_r;
+      told_.place.lens_in_receiver_m += drawn(6, n_.lever_arm_sigma_m);
+      told_.points.receiver_ins_from_tspi_m = drawn(7, n_.lever_arm_sigma_m);
+      told_.points.tanker_ins_from_tspi_m = drawn(8, n_.lever_arm_sigma_m);
     }
-    points_.receiver_ins_from_tspi_m -= n_.receiver_point_m;
-    points_.tanker_ins_from_tspi_m -= n_.tanker_point_m;
+    told_.points.receiver_ins_from_tspi_m -= n_.receiver_point_m;
+    told_.points.tanker_ins_from_tspi_m -= n_.tanker_point_m;
     if (!n_.error_px.empty() && !n_.is_true) errors_.set_course(fitted_course());
   }
 
-  [[nodiscard]] std::string rig() const { return rig_toml(scene_, told_, points_); }
+  [[nodiscard]] std::string rig() const { return rig_toml(scene_, told_); }
 
   void say(ArrivalQueue& queue) const {
     const std::size_t n = samples();
@@ -104,9 +104,9 @@ class NavigationHalf {
   /// The tanker where the service will put it: what is said, through the rig file.
   [[nodiscard]] Pose<frame::C, frame::M> projection(const Said& said) const {
     Said at_ins = said;
-    at_ins.receiver.position_e += said.receiver.R_e_b * points_.receiver_ins_from_tspi_m;
-    at_ins.tanker.position_e += said.tanker.R_e_b * points_.tanker_ins_from_tspi_m;
-    return scene_.camera_from_model(relative(at_ins.receiver, at_ins.tanker), told_);
+    at_ins.receiver.position_e += said.receiver.R_e_b * told_.points.receiver_ins_from_tspi_m;
+    at_ins.tanker.position_e += said.tanker.R_e_b * told_.points.tanker_ins_from_tspi_m;
+    return scene_.camera_from_model(relative(at_ins.receiver, at_ins.tanker), told_.place);
   }
 
   /// Mean over the features in the picture at one time; 0 when there is none.
@@ -128,8 +128,9 @@ class NavigationHalf {
     std::vector<Eigen::Matrix<double, 1, 1>> control;
     const double end = sample_s(samples() - 1) + 4 / kCourseRate_hz, first = -4 / kCourseRate_hz;
     double scale = 1;
+    const Wander spread({n_.error_spread, 0.15, 0.7}, key(seed_, 11));
     for (double t = first; t <= end; t += 1 / kCourseRate_hz) {
-      const double wanted = interpolated(n_.error_at_s, n_.error_px, t - scene_.mid_s(0));
+      const double wanted = interpolated(n_.error_at_s, n_.error_px, t - scene_.mid_s(0)) * std::exp(spread.at(t) - 0.5 * n_.error_spread * n_.error_spread);
       const std::size_t k = nearest(t);
       const AircraftState r = scene_.motion.receiver(sample_s(k)), tanker = scene_.motion.tanker(sample_s(k));
       for (int pass = 0; pass < 12; ++pass) {
@@ -149,8 +150,7 @@ class NavigationHalf {
   const Navigation& n_;
   std::uint64_t seed_;
   NavigationErrors errors_;
-  CameraPlace told_;
-  NavRig points_{};
+  ToldRig told_;
 };
 
 /// Adds the messages of the pictures and looks at each truth on the way.

@@ -48,7 +48,7 @@ class Sha256 {
 
 std::string content_key(const FlightScene& scene) {
   Sha256 sum;
-  sum.add(rig_toml(scene, scene.true_place, {}));
+  sum.add(rig_toml(scene, {scene.true_place, 0, {}}));
   const int n = scene.scenario.frames;
   for (int i = 0; i < n; ++i) {
     const View v = scene.view(i);
@@ -78,7 +78,7 @@ class Maker {
     FlightWriter out = std::move(created).value();
     CYCLOPS_TRY(frames(out));
     CYCLOPS_TRY(queue_.write(out));
-    CYCLOPS_TRY(out.text("rig.toml", rig_toml(scene_, scene_.true_place, {})));
+    CYCLOPS_TRY(out.text("rig.toml", rig_toml(scene_, {scene_.true_place, 0, {}})));
     CYCLOPS_TRY(out.text("picture.json", figures_.json().dump(1) + "\n"));
     if (!scene_.camera.windscreen().empty()) CYCLOPS_TRY(scene_.camera.windscreen().save(out.path("windscreen.bin")));
     return out.finish(flight_manifest(scene_, "pictures of a flight, without navigation"));

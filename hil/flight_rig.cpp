@@ -23,10 +23,10 @@ MountAngles mount_angles(const Rotation<frame::C, frame::R>& R_c_r) {
 
 }  // namespace
 
-std::string rig_toml(const FlightScene& scene, const CameraPlace& told, const NavRig& points) {
+std::string rig_toml(const FlightScene& scene, const ToldRig& told) {
   const Scenario& s = scene.scenario;
   const Intrinsics& k = s.camera;
-  const MountAngles mount = mount_angles(told.R_c_r);
+  const MountAngles mount = mount_angles(told.place.R_c_r);
   std::ostringstream o;
   o.precision(17);
   o << "# Made by cyclops-flight, scenario " << s.name << ".\n[camera]\naddress = \"127.0.0.1\"\nwidth_px = " << k.width << "\nheight_px = " << k.height
@@ -34,9 +34,9 @@ std::string rig_toml(const FlightScene& scene, const CameraPlace& told, const Na
     << "\ncx_px = " << k.cx_px << "\ncy_px = " << k.cy_px << "\npitch_um = " << k.pitch_m * 1e6 << "\nk1 = " << k.k1 << "\nk2 = " << k.k2
     << "\np1 = " << k.p1 << "\np2 = " << k.p2 << "\nk3 = " << k.k3 << (scene.camera.windscreen().empty() ? "" : "\nwindscreen = \"windscreen.bin\"")
     << "\n[mount]\npan_deg = " << mount.pan / kDeg << "\ntilt_deg = " << mount.tilt / kDeg << "\nroll_deg = " << mount.roll / kDeg
-    << "\nlens_in_receiver_m = " << vector_text(told.lens_in_receiver_m) << "\nboresight_sigma_deg = " << (s.navigation.is_true ? 0 : s.navigation.boresight_sigma_deg)
+    << "\nlens_in_receiver_m = " << vector_text(told.place.lens_in_receiver_m) << "\nboresight_sigma_deg = " << told.boresight_sigma_deg
     << "\n[tanker]\nmodel = \"tanker.csv\"\nunit = \"in\"\nins = " << vector_text(s.ins_in) << "\n[strobe]\nsource = \"socket\"\nsocket = \"@cyclops-strobe\"\nedge = \"rising\"\n"
-    << "[tspi]\nreceiver_ins_m = " << vector_text(points.receiver_ins_from_tspi_m) << "\ntanker_ins_m = " << vector_text(points.tanker_ins_from_tspi_m) << "\n";
+    << "[tspi]\nreceiver_ins_m = " << vector_text(told.points.receiver_ins_from_tspi_m) << "\ntanker_ins_m = " << vector_text(told.points.tanker_ins_from_tspi_m) << "\n";
   return o.str();
 }
 

@@ -8,8 +8,13 @@
 
 namespace cyclops::hil {
 
-/// rig.toml with the mount and lens as told, and from where on the aircraft TSPI speaks.
-[[nodiscard]] std::string rig_toml(const FlightScene& scene, const CameraPlace& told, const NavRig& points);
+/// What the rig file tells of the aircraft: mount and lens, how sure the mount is, and from where TSPI speaks.
+struct ToldRig {
+  CameraPlace place{};
+  double boresight_sigma_deg{0};
+  NavRig points{};
+};
+[[nodiscard]] std::string rig_toml(const FlightScene& scene, const ToldRig& told);
 [[nodiscard]] FlightManifest flight_manifest(const FlightScene& scene, const std::string& source);
 
 }  // namespace cyclops::hil

@@ -148,6 +148,7 @@ void read_errors(ConfigTable& t, Navigation& n) {
   t.read_enum("reduction", {"body", "flight-path"}, n.reduction);
   t.read_in("stated_sigma_factor", 0.01, 100.0, n.stated_sigma_factor);
   t.read("stated_sigma_follows", n.stated_sigma_follows);
+  t.read_in("error_spread", 0.0, 1.0, n.error_spread);
   t.read("error_at_s", n.error_at_s);
   t.read("error_px", n.error_px);
   if (n.error_at_s.size() != n.error_px.size()) t.fail("error_px", "expected as many numbers as error_at_s has");

@@ -53,6 +53,7 @@ struct Navigation {
   double stated_sigma_factor{1};                         ///< stated over true; 1 is honest
   bool stated_sigma_follows{true};                       ///< the stated sigmas know of the error's course below
   std::vector<double> error_at_s, error_px;              ///< course of the mean error on the image; empty: as drawn
+  double error_spread{0};                                ///< the course varies by this much (natural logarithm, 1 sigma) from seed to seed
   double latency_ms{15}, latency_jitter_ms{0};           ///< evenly within +- jitter, in order
   // The tanker's reports come over a radio link.
   double link_latency_ms{0};                             ///< on top
