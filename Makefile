@@ -111,8 +111,11 @@ $(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(LIBS)
 -include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(MAINS) test/support.cpp))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
-run: all ## fly the embedded flight through the whole rig; report in build/run/
-	@hil/run.sh $(B)
+SCENARIO ?= config/scenarios/s1.toml
+PROFILE ?= -
+FRAMES ?= 600
+run: all ## fly a scenario through the whole rig (SCENARIO, PROFILE, FRAMES; 0: all frames); report in build/run/
+	@hil/run.sh $(B) $(SCENARIO) $(PROFILE) $(FRAMES)
 
 FLIGHT ?=
 .PHONY: flights flights-verify flights-page thesis-table
