@@ -116,7 +116,7 @@ def main():
     out = os.path.join(args.flights, "page")
     os.makedirs(out, exist_ok=True)
     parts, all_values, opened = [], {}, []
-    names = sorted(n for n in os.listdir(args.flights) if os.path.exists(os.path.join(args.flights, n, "figures.json")))
+    names = sorted(n for n in os.listdir(args.flights) if all(os.path.exists(os.path.join(args.flights, n, f)) for f in ("manifest.toml", "figures.json")))
     if not names:
         sys.exit(f"flights_page.py: no flights with figures in {args.flights} (make flights)")
     for name in names:
