@@ -51,14 +51,17 @@ class Flight:
         return head.camera_frame_id, np.frombuffer(bytes(head.pixels), kind)[:head.width_px * head.height_px].reshape(head.height_px, head.width_px)
 
     def draw_truth(self, image, frame_id, scale):
-        """A ring round each visible feature, with its number; amber: not scored."""
+        """A ring round each visible feature, with its number, or a point when the tanker is small; amber: not scored."""
         draw, small = ImageDraw.Draw(image), font(11)
         truth = self.truth.get(frame_id)
-        for k in range(truth.n if truth else 0):
-            if truth.visible[k] == 0:
-                continue
+        shown_ones = [k for k in range(truth.n if truth else 0) if truth.visible[k] != 0]
+        far = not shown_ones or (max(truth.u_px[k] for k in shown_ones) - min(truth.u_px[k] for k in shown_ones)) * scale < 90
+        for k in shown_ones:
             x, y = (truth.u_px[k] + .5) * scale, (truth.v_px[k] + .5) * scale
             colour = GREEN if truth.visible[k] == 1 else AMBER
+            if far:  # rings and numbers would hide the tanker
+                draw.point((x, y), fill=colour)
+                continue
             draw.ellipse((x - 4, y - 4, x + 4, y + 4), outline=colour)
             draw.text((x + 5, y - 11), str(truth.id[k]), fill=colour, font=small)
 
