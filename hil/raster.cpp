@@ -164,7 +164,7 @@ std::vector<ScreenTriangle> project_mesh(const Mesh& mesh, const Camera& camera,
     Corner p[3] = {corners[t.vertex[0]], corners[t.vertex[1]], corners[t.vertex[2]]};
     const Vec3 flat = (mesh.vertices_m[t.vertex[1]] - mesh.vertices_m[t.vertex[0]]).cross(mesh.vertices_m[t.vertex[2]] - mesh.vertices_m[t.vertex[0]]);
     const double side = (R * flat).dot(p[0].c) > 0 ? -1 : 1;  // the side that is seen
-    for (int i = 0; i < 3; ++i) p[i].s.counts = shade(side * (R_n_m * t.normal[static_cast<std::size_t>(i)]), t.albedo, light);
+    for (int i = 0; i < 3; ++i) p[i].s.counts = shade(side * (R_n_m * t.normal[static_cast<std::size_t>(i)]), mesh.materials[t.material].albedo, light);
     projector.add(p[0], p[1], p[2], 0);
   }
   return out;
