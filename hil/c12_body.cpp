@@ -88,7 +88,7 @@ void add_nacelle(MeshBuilder& out, const Paint& paint, const Points& f) {
   const auto round = [](double x, double z, double w, double h) { return Station{x, w, z - h, z + h, 2}; };
   const Station stations[] = {round(120.5, 104, 10.5, 11), round(123, 103.7, 13.2, 13.8), round(130, 103, 15.4, 16.6), round(142, 101.8, 17, 18.6), round(156, 100.6, 17.8, 19.6),
                               round(172, 99.2, 17.9, 19.2), round(186, 97.9, 17.4, 18.2), round(202, 96.1, 16.2, 16.6), round(218, 94.2, 14.6, 14.8), round(corner.x(), zc, radius, radius),
-                              round(246, 90.9, 10.6, 11), round(258, 89.8, 8, 9.2), round(268, 89.1, 5.4, 7.4), round(277, 88.7, 2.8, 5.6), round(283, 88.5, 0.5, 4.2)};
+                              round(246, 91, 10.2, 10.9), round(258, 90, 7.6, 9.2), round(269, 89.4, 4.9, 7.4), round(279, 89, 2.4, 5.6), round(286, 88.8, 0.6, 4.2)};
   constexpr int kOver = 22, kUnder = 14;
   std::vector<Ring> rings;
   for (const Station& s : stations) {
@@ -102,11 +102,9 @@ void add_nacelle(MeshBuilder& out, const Paint& paint, const Points& f) {
     const double x = stations[i].x;
     if (x < 123) return paint.metal;                                          // lip of the cowling
     if (j >= kOver && x >= 186 && x < corner.x()) return paint.black;         // panel stained by the exhaust
-    const bool seam = (j == kOver + kUnder / 2) && x >= 142 && x < 186;        // between the wheel-well doors
-    return seam ? paint.grey : paint.white;
+    const bool door = j == kOver + 3 || j == kOver + kUnder / 2 || j + 4 == kOver + kUnder;  // hinges and seam of the wheel-well doors
+    return door && x >= 142 && x < 186 ? paint.grey : paint.white;
   }, paint.white);
-  // Doors of the wheel well: their hinge lines and aft edges are strips that stand a little proud.
-  for (double dy : {-9.5, 8.8}) out.box({150, y + dy, 82.3}, {184, y + dy + 0.7, 86.5}, paint.gap);
   const Station spinner[] = {round(102.5, 104.75, 0.3, 0.3), round(104, 104.75, 2.6, 2.6), round(108, 104.75, 5.2, 5.2), round(113, 104.75, 7.2, 7.2), round(119, 104.75, 8.3, 8.3), round(120.8, 104.75, 8.3, 8.3)};
   std::vector<Ring> cone;
   for (const Station& s : spinner) cone.push_back(ring_of(s, y, 20));
@@ -133,7 +131,7 @@ void add_nacelle(MeshBuilder& out, const Paint& paint, const Points& f) {
 
 void add_belly(MeshBuilder& out, const Paint& paint, const Points& f) {
   const Vec3 black = f.at(31), guard = f.at(35), vhf = f.at(37), vent = f.at(38);
-  out.lens({black, black + Vec3(-7, 0, 15.5), black + Vec3(9, 0, 15.5), black + Vec3(6, 0, 0)}, {0, 0.9, 0}, paint.small);
+  out.prism({black, black + Vec3(-7, 0, 15.5), black + Vec3(9, 0, 15.5), black + Vec3(6, 0, 0.4)}, {0, -1.3, 0}, paint.small, paint.small);
   // Guard against stones: a wedge, its lower forward outboard corner the feature.
   out.prism({guard, guard + Vec3(9, 0, 0.6), guard + Vec3(9, 0, 6), guard + Vec3(-3, 0, 6)}, {0, 8, 0}, paint.black, paint.black);
   const double w = 2 * vhf.y();

@@ -68,13 +68,14 @@ void MeshBuilder::finish_part(bool closed) {
   part_.clear();
 }
 
+/// A strip of triangles across the ring from its first point on, each time by the shorter diagonal: thin sections do not fold.
 void MeshBuilder::cap(const Ring& ring, std::uint16_t m, bool turned) {
-  Vec3 middle = Vec3::Zero();
-  for (const Vec3& p : ring) middle += p / static_cast<double>(ring.size());
-  for (std::size_t j = 0; j < ring.size(); ++j) {
-    const Vec3 &a = ring[j], &b = ring[(j + 1) % ring.size()];
-    if (turned) face(b, a, middle, m);
-    else face(a, b, middle, m);
+  const auto add = [&](std::size_t i, std::size_t j, std::size_t k) { turned ? face(ring[k], ring[j], ring[i], m) : face(ring[i], ring[j], ring[k], m); };
+  std::size_t low = 0, high = ring.size() - 1;
+  while (high - low >= 2) {
+    const bool from_low = (ring[low + 1] - ring[high]).squaredNorm() <= (ring[low] - ring[high - 1]).squaredNorm();
+    if (from_low) add(low, low + 1, high), ++low;
+    else add(low, high - 1, high), --high;
   }
 }
 
