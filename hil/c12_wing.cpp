@@ -1,4 +1,5 @@
 // Wings and stabiliser: closed sections whose points follow boots, hinges and gaps, so that painted corners are vertices.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -92,7 +93,7 @@ void add_tip_cap(MeshBuilder& out, const Paint& paint, const Wing& w, double y_e
   // It ends ahead of the aileron, whose outboard corner therefore stands free.
   const Vec3 le = w.leading(y_end);
   struct Station { double y, x0, x1, thick, rise; };
-  const Station stations[] = {{y_end - 1, 0.8, 25.5, 3.3, 0}, {y_end + 2, 1.3, 25.2, 3.2, 0.1}, {y_end + 5, 3, 24.5, 2.7, 0.35}, {y_end + 7.5, 6, 23.2, 1.8, 0.65}, {y_end + 8.8, 9.5, 21, 0.8, 0.9}};
+  const Station stations[] = {{y_end + 3, 0.8, 24.5, 3.3, 0.4}, {y_end + 4.5, 1.6, 24.2, 3.1, 0.55}, {y_end + 6.5, 3.6, 23.6, 2.5, 0.8}, {y_end + 8.1, 6.5, 22.4, 1.6, 1.0}, {y_end + 8.9, 10, 20.5, 0.7, 1.1}};
   std::vector<Ring> rings;
   for (const Station& s : stations) {
     Ring ring;
@@ -111,6 +112,18 @@ void add_flap_track(MeshBuilder& out, const Paint& paint, const Wing& w, double 
   out.prism({p - Vec3(0, 0.6, -0.4), q - Vec3(0, 0.6, 1.9), r - Vec3(0, 0.6, 0.9), r - Vec3(0, 0.6, -0.6)}, {0, 1.2, 0}, paint.pale, paint.pale);
 }
 
+/// The end of the aileron is raked: ahead of its trailing edge the wing reaches further out, so that the corner stays blunt
+/// when it is seen from behind the fuselage.
+Ring raked(Ring ring) {
+  constexpr double kRake = 0.3, kUpTo_in = 14, kDihedral = 0.122;
+  const double te = ring[Wing::kTe].x();
+  for (Vec3& p : ring) {
+    const double out = kRake * std::min(te - p.x(), kUpTo_in);
+    p += Vec3(0, out, kDihedral * out);
+  }
+  return ring;
+}
+
 }  // namespace
 
 void add_wing(MeshBuilder& out, const Paint& paint, const Points& f) {
@@ -118,7 +131,7 @@ void add_wing(MeshBuilder& out, const Paint& paint, const Points& f) {
   const double root = f.at(30).y(), boot_root = f.at(32).y(), boot_mid = f.at(20).y(), flap = f.at(19).y(), aileron = f.at(17).y(), boot_tip = f.at(16).y(), tip = f.at(15).y();
   const std::vector<double> ys{10, root - 3, root - kGap_in, root, boot_root, 48, 66, 84, 103, boot_mid, 145, 165, 183, flap, aileron, 220, 242, 262, 282, 300, boot_tip, tip};
   std::vector<Ring> rings;
-  for (double y : ys) rings.push_back(w.section(y));
+  for (double y : ys) rings.push_back(y == tip ? raked(w.section(y)) : w.section(y));
   out.loft(rings, [&](std::size_t i, std::size_t j) {
     const double y0 = ys[i], y1 = ys[i + 1];
     const bool booted = (y0 >= boot_root && y1 <= 84) || (y0 >= boot_mid && y1 <= boot_tip);
