@@ -79,6 +79,7 @@ def make(build, wanted):
     program = os.path.join(build, "bin/cyclops-flight")
     os.makedirs(FLIGHTS, exist_ok=True)
     flights, seen, begin = load_manifest(), set(), time.monotonic()
+    flights = {n: f for n, f in flights.items() if os.path.isdir(os.path.join(FLIGHTS, n))}
     todo = [f for f in standard_set() if (f[0] in wanted or f[1] in wanted if wanted else f[1] not in ON_DEMAND)]
     if wanted and not todo:
         sys.exit(f"flights.py: no scenario of that name; there are: {' '.join(n for n, _, _ in standard_set())}")
