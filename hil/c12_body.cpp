@@ -161,6 +161,7 @@ Result<Mesh> c12_mesh(const TankerModel& model) {
   c12::add_fuselage(out);
   c12::add_fin(out, points);
   c12::add_belly(out, points);
+  for (double side : {1.0, -1.0}) out.propeller({Vec3(120, 103 * side, 104.75) * 0.0254, {1, 0, 0}, 49.25 * 0.0254, 9 * 0.0254, 3, 7.5 * 0.0254, 1700, 0.08F});
   return out.mesh();
 }
 

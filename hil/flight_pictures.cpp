@@ -33,7 +33,7 @@ Frame drawn(const FlightScene& scene, int i) {
   Frame f;
   const View v = scene.view(i);
   scene.renderer.render(v, f.pixels);
-  f.truth = scene.renderer.truth(v, scene.model);
+  f.truth = scene.renderer.truth(v, scene.model, &f.pixels);
   return f;
 }
 

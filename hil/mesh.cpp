@@ -18,9 +18,17 @@ std::uint32_t MeshBuilder::add(const Vec3& p_in) {
   return static_cast<std::uint32_t>(mesh_.vertices_m.size() - 1);
 }
 
+std::uint16_t MeshBuilder::paint(double albedo) {
+  const auto a = static_cast<float>(albedo);
+  for (std::size_t i = 0; i < mesh_.materials.size(); ++i)
+    if (mesh_.materials[i].albedo == a) return static_cast<std::uint16_t>(i);
+  mesh_.materials.push_back({"paint" + std::to_string(mesh_.materials.size()), a, a > 0.5F ? 0.6F : 0.4F, true});
+  return static_cast<std::uint16_t>(mesh_.materials.size() - 1);
+}
+
 void MeshBuilder::triangle(const Vec3& a, const Vec3& b, const Vec3& c, double albedo) {
   const Vec3 n = normal_of(a, b, c);
-  mesh_.triangles.push_back({{add(a), add(b), add(c)}, static_cast<float>(albedo), {n, n, n}});
+  mesh_.triangles.push_back({{add(a), add(b), add(c)}, paint(albedo), {n, n, n}});
 }
 
 void MeshBuilder::quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double albedo) {
@@ -57,7 +65,7 @@ void MeshBuilder::grid(const Rows& rows, const CellAlbedo& albedo, bool smooth) 
       const auto c = corners(i, j);
       for (const auto& t : {std::array<std::size_t, 3>{c[0], c[1], c[2]}, std::array<std::size_t, 3>{c[0], c[2], c[3]}}) {
         const Vec3 flat = normal_of(point(t[0]), point(t[1]), point(t[2]));
-        Triangle out{{index[t[0]], index[t[1]], index[t[2]]}, static_cast<float>(a), {flat, flat, flat}};
+        Triangle out{{index[t[0]], index[t[1]], index[t[2]]}, paint(a), {flat, flat, flat}};
         if (smooth) out.normal = {normal[t[0]], normal[t[1]], normal[t[2]]};
         mesh_.triangles.push_back(out);
       }

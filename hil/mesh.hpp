@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "base/result.hpp"
@@ -16,15 +17,34 @@
 
 namespace cyclops::hil {
 
+struct Material {
+  std::string name;
+  float albedo{0.5F};                 ///< 0..1
+  float gloss{0};                     ///< 0..1, weight of the Fresnel reflection
+  bool shades{true};                  ///< takes part in ambient occlusion
+};
+
 struct Triangle {
   std::array<std::uint32_t, 3> vertex{};
-  float albedo{0};                    ///< 0..1
+  std::uint16_t material{0};
   std::array<Vec3, 3> normal{};       ///< unit, model axes, on the side of the winding
+};
+
+/// Turning blades; the renderer draws them as time-averaged coverage of a disc.
+struct Propeller {
+  Vec3 hub_m{0, 0, 0};
+  Vec3 axis{1, 0, 0};
+  double radius_m{1.25}, hub_radius_m{0.2};
+  int blades{3};
+  double blade_chord_m{0.2}, rpm{1700};
+  float albedo{0.1F};
 };
 
 struct Mesh {
   std::vector<Vec3> vertices_m;
   std::vector<Triangle> triangles;
+  std::vector<Material> materials;
+  std::vector<Propeller> propellers;
 };
 
 class MeshBuilder {
@@ -41,10 +61,12 @@ class MeshBuilder {
   /// A prism: the outline and the same outline moved by `along`, closed at both ends.
   void prism(const std::vector<Vec3>& outline, const Vec3& along, double albedo);
   void box(const Vec3& low, const Vec3& high, double albedo);
+  void propeller(const Propeller& p) { mesh_.propellers.push_back(p); }
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
 
  private:
   std::uint32_t add(const Vec3& p_in);
+  std::uint16_t paint(double albedo);
   Mesh mesh_;
 };
 
