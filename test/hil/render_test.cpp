@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "hil/flight.hpp"
+#include "hil/mesh_builder.hpp"
 #include "test/support.hpp"
 
 namespace cyclops::hil {
@@ -76,7 +77,7 @@ std::vector<Vec2> measured_corners(const Picture& p) {
 Mesh board(double side_m) {
   MeshBuilder b;
   const double h = side_m / 0.0254 / 2;
-  b.quad({-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}, 1.0);
+  b.quad({-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}, b.material({"white", 1.0F, 0, true}));
   return b.mesh();
 }
 
@@ -147,23 +148,6 @@ TEST(Render, CornersStayWhereALensThatBendsPutsThem) {
   }
   EXPECT_LT(std::sqrt(sum / n), 0.05);
   RecordProperty("rms_px", std::to_string(std::sqrt(sum / n)));
-}
-
-TEST(Mesh, HasEveryFeatureOfTheC12AsAVertex) {
-  const auto model = TankerModel::load(kTable, 0.0254, {190, 0, 95});
-  ASSERT_TRUE(model.ok());
-  ASSERT_EQ(model->features().size(), 38U);
-  const auto mesh = c12_mesh(*model);
-  ASSERT_TRUE(mesh.ok());
-  std::vector<char> used(mesh->vertices_m.size());
-  for (const Triangle& t : mesh->triangles)
-    for (std::uint32_t i : t.vertex) used[i] = 1;
-  for (const Feature& f : model->features()) {
-    double nearest = 1e9;
-    for (std::size_t i = 0; i < used.size(); ++i)
-      if (used[i]) nearest = std::min(nearest, (mesh->vertices_m[i] - f.p_m.xyz).norm());
-    EXPECT_LT(nearest / 0.0254, 1e-6) << "feature " << f.id;
-  }
 }
 
 std::string bytes_of(const std::filesystem::path& path) {
