@@ -20,7 +20,7 @@ struct LightLook {
 struct SkyLook {
   double cloud_cover{0};           ///< 0..1 share of the sky with cloud in it
   double cloud_contrast{1};        ///< 0..2 bright edges against dark cores and gaps
-  double ground_albedo{0.30};      ///< desert
+  double ground_albedo{0.36};      ///< desert and dry lakes
   double ground_contrast{0.35};    ///< of its texture
   double haze_deg{1.6};            ///< the ground fades into the horizon within this depression
   double uniform_cdm2{-1};         ///< from 0 on: that luminance everywhere in place of a sky

@@ -108,7 +108,7 @@ double Sky::cloud_opacity(double azimuth, double elevation, std::uint64_t seed, 
   const double n = density(x0, y0, 7), threshold = 0.58 - 0.20 * look_.sky.cloud_cover;
   const double opacity = smoothstep(0, 1, (n - threshold) / 0.16) * smoothstep(0, 0.02, look_.sky.cloud_cover);
   if (opacity <= 0) return 0;
-  const double da = std::remainder(std::atan2(to_sun_.y(), to_sun_.x()) - azimuth, 2 * kPi), de = elevation_of(to_sun_) - elevation;
+  const double da = std::sin(std::atan2(to_sun_.y(), to_sun_.x()) - azimuth), de = elevation_of(to_sun_) - elevation;
   const double far = std::max(std::hypot(da, de), 1e-3), step = 0.12;
   const double towards = density(x0 + step * da / far, y0 + 0.7 * step * de / far, 5);
   const double edge = std::clamp(3.5 * (n - towards), -0.5, 0.6), core = smoothstep(0.08, 0.32, n - threshold);
@@ -141,12 +141,12 @@ void Sky::draw_panorama(std::uint64_t seed) {
     for (int i = first; i < kRows; i += step)
       for (int j = 0; j < kColumns; ++j)
         panorama_[static_cast<std::size_t>(i) * kColumns + static_cast<std::size_t>(j)] = textured((-180 + j * kStep_deg) * kDeg, (kLowest_deg + i * kStep_deg) * kDeg, seed);
-    // Where the noise does not close around the circle, opposite the north, the last degrees run into the first.
+    // The noise does not close around the circle: its last 24 deg fade into what comes before its first.
+    constexpr int kFade = 160;
     for (int i = first; i < kRows; i += step)
-      for (int k = 0; k < 40; ++k) {
-        float* row = &panorama_[static_cast<std::size_t>(i) * kColumns];
-        const float w = static_cast<float>(k + 1) / 80;
-        row[kColumns - 40 + k] += w * (row[0] - row[kColumns - 40 + k]);
+      for (int k = 0; k < kFade; ++k) {
+        float& p = panorama_[static_cast<std::size_t>(i) * kColumns + static_cast<std::size_t>(kColumns - kFade + k)];
+        p += static_cast<float>(smoothstep(0, kFade, k + 1)) * (textured((-180 - (kFade - k) * kStep_deg) * kDeg, (kLowest_deg + i * kStep_deg) * kDeg, seed) - p);
       }
   };
   std::thread other(rows, 1, 2);
