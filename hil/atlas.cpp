@@ -12,6 +12,7 @@ namespace cyclops::hil {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
+constexpr double kBackground_cdm2 = 4000;
 constexpr int kTile_px = 220, kColumns = 8;
 const cv::Scalar kSeen(90, 220, 60), kHidden(60, 60, 240), kText(40, 220, 240);
 
@@ -37,10 +38,9 @@ View view_of(const Shot& shot) {
 
 class Painter {
  public:
-  Painter(const Mesh& mesh, const TankerModel& model) : mesh_(mesh), model_(model) {
-    light_.to_sun_n = Vec3(-0.5, 0.55, -0.65).normalized();
-  }
-  [[nodiscard]] cv::Mat shoot(const Shot& shot, double background, int only = -1, bool marks = true) const {
+  Painter(const Mesh& mesh, const TankerModel& model) : mesh_(mesh), model_(model) {}
+  /// `background_cdm2` below 0: the sky.
+  [[nodiscard]] cv::Mat shoot(const Shot& shot, double background_cdm2, int only = -1, bool marks = true) const {
     Intrinsics k;
     k.width = shot.width;
     k.height = shot.height;
@@ -48,13 +48,15 @@ class Painter {
     k.cx_px = 0.5 * (shot.width - 1);
     k.cy_px = 0.5 * (shot.height - 1);
     Look look;
-    look.light = light_;
+    look.light.sun_azimuth_deg = 132;
+    look.light.sun_elevation_deg = 41;
+    look.sky.uniform_cdm2 = background_cdm2;
     const Renderer renderer(Camera(k, {}), mesh_, look, 1);
     const View view = view_of(shot);
     std::vector<std::uint16_t> counts;
-    renderer.render(view, counts, background);
+    renderer.render(view, counts);
     cv::Mat grey(shot.height, shot.width, CV_16U, counts.data()), out;
-    grey.convertTo(out, CV_8U, 255.0 / 3000);
+    grey.convertTo(out, CV_8U, 255.0 / look.sensor.top_count());
     cv::cvtColor(out, out, cv::COLOR_GRAY2BGR);
     if (!marks) return out;
     for (const FeatureTruth& t : renderer.truth(view, model_))
@@ -75,7 +77,6 @@ class Painter {
   }
   Mesh mesh_;
   TankerModel model_;
-  Light light_{};
 };
 
 Result<> save(const std::string& folder, const char* name, const cv::Mat& picture) {
@@ -90,7 +91,7 @@ cv::Mat three_view(const Painter& painter, const Vec3& low, const Vec3& high) {
   constexpr int kSide = 900;
   const double focal = 0.92 * kSide * far / size;
   std::vector<cv::Mat> views;
-  for (const Vec3& from : {Vec3(0, 0, -1), Vec3(0, -1, 0), Vec3(1, 0, 0), Vec3(0.8, -0.35, -0.35)}) views.push_back(painter.shoot({middle + far * from.normalized(), middle, kSide, kSide, focal}, 1500, -1, from.x() != 0.8));
+  for (const Vec3& from : {Vec3(0, 0, -1), Vec3(0, -1, 0), Vec3(1, 0, 0), Vec3(0.8, -0.35, -0.35)}) views.push_back(painter.shoot({middle + far * from.normalized(), middle, kSide, kSide, focal}, kBackground_cdm2, -1, from.x() != 0.8));
   cv::Mat top, bottom, out;
   cv::hconcat(views[0], views[1], top);
   cv::hconcat(views[2], views[3], bottom);
@@ -104,7 +105,7 @@ cv::Mat close_ups(const Painter& painter, const TankerModel& model, const Vec3& 
   for (int i = 0; i < n; ++i) {
     const Feature& f = model.features()[static_cast<std::size_t>(i)];
     const double focal = kTile_px * (f.p_m.xyz - eye).norm() / width_m;
-    cv::Mat tile = painter.shoot({eye, f.p_m.xyz, kTile_px, kTile_px, focal}, 1500, f.id);
+    cv::Mat tile = painter.shoot({eye, f.p_m.xyz, kTile_px, kTile_px, focal}, kBackground_cdm2, f.id);
     cv::putText(tile, std::to_string(f.id) + " " + f.name.substr(0, 30), {4, 12}, cv::FONT_HERSHEY_SIMPLEX, 0.34, kText, 1, cv::LINE_AA);
     cv::rectangle(tile, {0, 0, kTile_px, kTile_px}, cv::Scalar::all(60));
     tile.copyTo(out(cv::Rect(i % kColumns * kTile_px, i / kColumns * kTile_px, kTile_px, kTile_px)));

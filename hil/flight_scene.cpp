@@ -121,6 +121,11 @@ View FlightScene::view(int i) const {
   v.R_n_c = local_from_ecef(r.position_e).R_e_n.transpose() * r.R_e_b * true_place.R_c_r.matrix().transpose();
   v.R_n_m = local_from_ecef(k.position_e).R_e_n.transpose() * k.R_e_b * model_flip();
   v.frame = static_cast<std::uint64_t>(i);
+  const double half_s = 0.5e-6 * scenario.exposure_us;
+  const auto at = [&](double t) { return camera_from_model(relative(motion.receiver(t), motion.tanker(t)), true_place); };
+  v.moves = true;
+  v.T_c_m_start = at(mid_s(i) - half_s);
+  v.T_c_m_end = at(mid_s(i) + half_s);
   return v;
 }
 

@@ -166,21 +166,6 @@ void read_navigation(ConfigTable t, Navigation& n) {
   t.read_three("tanker_point_m", 1e6, n.tanker_point_m);
 }
 
-void read_light(ConfigTable t, Scenario& s) {
-  t.read_in("sun_azimuth_deg", -360.0, 360.0, s.sun_azimuth_deg);
-  t.read_in("sun_elevation_deg", -10.0, 90.0, s.sun_elevation_deg);
-  t.read_in("sun", 0.0, 20000.0, s.look.light.sun);
-  t.read_in("sky", 0.0, 20000.0, s.look.light.sky);
-  t.read_in("ground", 0.0, 20000.0, s.look.light.ground);
-  t.read_in("zenith", 0.0, 4000.0, s.look.zenith);
-  t.read_in("horizon", 0.0, 4000.0, s.look.horizon);
-  t.read_in("cloud", 0.0, 4000.0, s.look.cloud);
-  t.read_in("blur_sigma_px", 0.0, 2.0, s.look.blur_sigma_px);
-  t.read_in("read_noise_e", 0.0, 1000.0, s.look.read_noise_e);
-  const double a = s.sun_azimuth_deg * kDeg, e = s.sun_elevation_deg * kDeg;
-  s.look.light.to_sun_n = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), -std::sin(e)};
-}
-
 constexpr int kDeepest = 4;  // bases of bases
 
 Result<> read(const ConfigFile& file, Scenario& s, int depth) {
@@ -215,7 +200,8 @@ Result<> read(const ConfigFile& file, Scenario& s, int depth) {
   read_gusts(gusts.table("receiver"), s.receiver_gusts);
   read_gusts(gusts.table("tanker"), s.tanker_gusts);
   read_navigation(root.table("navigation"), s.navigation);
-  read_light(root.table("light"), s);
+  read_look(root, s.look);
+  s.look.sensor.exposure_us = s.exposure_us;
   if (depth == 0 && s.tanker.empty()) tanker.fail("model", "is missing");
   return file.finish();
 }

@@ -86,7 +86,6 @@ struct Scenario {
   std::vector<WingRock> wing_rocks;
   Gusts receiver_gusts{}, tanker_gusts{};
   Navigation navigation{};
-  double sun_azimuth_deg{200}, sun_elevation_deg{40};
   Look look{};
 
   static Result<Scenario> load(const std::string& path);
