@@ -196,7 +196,7 @@ void add_stabiliser(MeshBuilder& out, const Paint& paint, const Points& f) {
     if (ys[i] == 99.2 && (k == Stabiliser::kHorn + 1 || k == Stabiliser::kHinge)) return paint.gap;
     return k == Stabiliser::kHinge && ys[i] < 100 ? paint.gap : paint.white;
   }, paint.white);
-  out.loft({s.section(0.5, 0), s.section(root + 0.3, 0)}, paint.white);  // carries through the bullet; the elevators do not
+  out.loft({s.section(0.5, 0), s.section(root + 0.3, 0)}, paint.grey);   // carries through the bullet; the elevators do not
   for (int id : {8, 9}) add_bracket(out, paint, f.at(id));              // those of the left side are no features, but there
 }
 
