@@ -88,9 +88,16 @@ $(GEN)/cyclops-types.jar: $(TYPES_STAMP)
 types: $(GEN)/cyclops-types.jar ## C++, Python and Java message types, and the jar for lcm-spy
 
 # --- compiling ---------------------------------------------------------------------------------------------------
-$(B)/obj/%.o: %.cpp Makefile | $(TYPES_STAMP)
+# Objects depend on the command that makes them, not on this file.
+FLAGS := $(B)/flags
+ifneq ($(file <$(FLAGS)),$(CXX) $(CPPFLAGS) $(CXXFLAGS))
+.PHONY: $(FLAGS)
+endif
+$(FLAGS):
+	@mkdir -p $(@D); printf '%s' '$(subst ','\'',$(CXX) $(CPPFLAGS) $(CXXFLAGS))' >$@
+$(B)/obj/%.o: %.cpp $(FLAGS) | $(TYPES_STAMP)
 	@mkdir -p $(@D); echo "  c++ $<"
-	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MMD -MP -c $< -o $@
+	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MD -MP -c $< -o $@
 $(B)/lib/libcyclops.a: $(call objects,$(LIB_SRC))
 $(B)/lib/libhil.a: $(call objects,$(HIL_SRC))
 $(B)/lib/libtools.a: $(call objects,$(TOOL_SRC))
@@ -106,8 +113,8 @@ $(B)/test/unit-tests: $(call objects,$(UNIT_SRC)) $(call objects,test/support.cp
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
-$(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(LIBS)
-	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -o $@
+$(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(call objects,test/support.cpp) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lopencv_calib3d -lopencv_video -lopencv_features2d -o $@
 -include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(MAINS) test/support.cpp))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
@@ -146,7 +153,10 @@ callgrind: $(B)/bin/bench ## instructions a pixel of the corner kernel (needs va
 	@test/bench/callgrind.sh $(B)
 
 # --- sanitizers, coverage, fuzzing -------------------------------------------------------------------------------
-asan ubsan tsan: ## all tests and the whole pipeline under a sanitizer
+asan: ## all tests and the whole pipeline under AddressSanitizer
+ubsan: ## the same under UndefinedBehaviorSanitizer
+tsan: ## the same under ThreadSanitizer
+asan ubsan tsan:
 	@$(MAKE) --no-print-directory VARIANT=$@ sanitized
 .PHONY: sanitized
 sanitized: all $(B)/test/unit-tests $(B)/test/integration-tests

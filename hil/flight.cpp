@@ -1,13 +1,12 @@
 #include "hil/flight.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <numbers>
-#include <sstream>
 
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 
+#include "base/file.hpp"
 #include "hil/flight_figures.hpp"
 #include "hil/flight_pictures.hpp"
 #include "hil/flight_rig.hpp"
@@ -21,14 +20,6 @@ namespace {
 constexpr double kDeg = std::numbers::pi / 180;
 constexpr double kCourseRate_hz = 4;
 constexpr double kMostCourse = 100;  // times the drawn errors
-
-Result<std::string> read_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 double interpolated(const std::vector<double>& at, const std::vector<double>& value, double x) {
   if (x <= at.front()) return value.front();
@@ -179,7 +170,7 @@ Result<FlightReport> put_together(const FlightScene& scene, const Pictures& pict
   ProjectionFigures projection;
   CYCLOPS_TRY(take_over(pictures.folder, queue, navigation, projection));
   CYCLOPS_TRY(queue.write(out));
-  auto table = read_text(scene.scenario.tanker), picture = read_text((from / "picture.json").string());
+  auto table = read_file(scene.scenario.tanker), picture = read_file((from / "picture.json").string());
   if (!table.ok()) return table.error();
   if (!picture.ok()) return picture.error();
   nlohmann::json figures = nlohmann::json::parse(*picture, nullptr, false);

@@ -1,8 +1,15 @@
 #include "hil/flight_pictures.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include <glib.h>
 
@@ -165,11 +172,38 @@ class Maker {
   ArrivalQueue queue_;
 };
 
+/// One process at a time draws into a cache; the others wait and find the pictures there.
+class CacheLock {
+ public:
+  static Result<CacheLock> take(const std::string& cache) {
+    std::error_code error;
+    std::filesystem::create_directories(cache, error);
+    if (error) return make_error(ErrorCode::kIo, cache, error.message());
+    CacheLock t;
+    const std::string path = cache + "/.lock";
+    t.fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (t.fd_ < 0) return make_error(ErrorCode::kIo, path, std::strerror(errno));
+    while (::flock(t.fd_, LOCK_EX) != 0)
+      if (errno != EINTR) return make_error(ErrorCode::kIo, path, std::strerror(errno));
+    return t;
+  }
+  ~CacheLock() { if (fd_ >= 0) ::close(fd_); }
+  CacheLock(CacheLock&& o) noexcept : fd_(std::exchange(o.fd_, -1)) {}
+  CacheLock& operator=(CacheLock&&) = delete;
+
+ private:
+  CacheLock() = default;
+  int fd_{-1};
+};
+
 }  // namespace
 
 Result<Pictures> make_pictures(const FlightScene& scene, const PictureOptions& options) {
   Pictures out;
   out.folder = (std::filesystem::path(options.cache) / (scene.scenario.name + "-" + content_key(scene))).string();
+  if (FlightReader::open(out.folder).ok()) return out;
+  const auto lock = CacheLock::take(options.cache);
+  if (!lock.ok()) return lock.error();
   if (FlightReader::open(out.folder).ok()) return out;
   const auto begin = std::chrono::steady_clock::now();
   CYCLOPS_TRY(Maker(scene, options).write(out.folder));

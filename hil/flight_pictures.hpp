@@ -4,7 +4,7 @@
 ///
 /// Cache    a folder of flights without TSPI, one for each content: the key is a SHA-256 over every pose, every time and the
 ///          pixels and truth of the first, middle and last frame, so that another scenario, tanker, seed or renderer is another
-///          content. A folder that was not finished is not there (record/flight.hpp).
+///          content. Several processes may share one: they draw in turn. A folder that was not finished is not there (record/flight.hpp).
 /// Repeatable  the same bytes whatever the number of threads.
 #include <functional>
 #include <string>

@@ -9,13 +9,6 @@ namespace {
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
 
-void read_vector(ConfigTable& t, const char* key, Vec3& out) {
-  std::vector<double> v{out.x(), out.y(), out.z()};
-  t.read(key, v);
-  if (v.size() == 3 && std::isfinite(v[0] + v[1] + v[2])) out = {v[0], v[1], v[2]};
-  else t.fail(key, "expected three finite numbers");
-}
-
 void read_camera(ConfigTable t, Scenario& s) {
   double pitch_um = s.camera.pitch_m * 1e6, focal_mm = s.camera.fx_px * s.camera.pitch_m * 1e3;
   t.read_in("width_px", 64, 4096, s.camera.width);
@@ -44,8 +37,8 @@ void read_mount(ConfigTable t, Scenario& s) {
   t.read_in("pan_deg", -180.0, 180.0, pan);
   t.read_in("tilt_deg", -90.0, 90.0, tilt);
   t.read_in("roll_deg", -180.0, 180.0, roll);
-  read_vector(t, "lens_in_receiver_m", s.lens_in_receiver_m);
-  read_vector(t, "nose_from_lens_m", s.nose_from_lens_m);
+  t.read_three("lens_in_receiver_m", 1e6, s.lens_in_receiver_m);
+  t.read_three("nose_from_lens_m", 1e6, s.nose_from_lens_m);
   s.mount = {pan * kDeg, tilt * kDeg, roll * kDeg};
 }
 
@@ -122,7 +115,7 @@ void read_manoeuvres(ConfigTable& root, Scenario& s) {
 /// Three numbers: sigma in the unit of the name, frequency of the mode in Hz, its damping.
 void read_shape(ConfigTable& t, const char* name, WanderShape& out) {
   Vec3 v(out.sigma, out.frequency_hz, out.damping);
-  read_vector(t, name, v);
+  t.read_three(name, 1e6, v);
   if (v[0] < 0 || v[0] > 20 || v[1] < 0.005 || v[1] > 2 || v[2] < 0.05 || v[2] > 3) t.fail(name, "expected [sigma 0..20, frequency 0.005..2 Hz, damping 0.05..3]");
   else out = {v[0], v[1], v[2]};
 }
@@ -170,8 +163,8 @@ void read_navigation(ConfigTable t, Navigation& n) {
   t.read_in("dropout_s", 0.02, 60.0, n.dropout_s);
   t.read_in("duplicate_share", 0.0, 1.0, n.duplicate_share);
   t.read_in("swapped_share", 0.0, 0.5, n.swapped_share);
-  read_vector(t, "receiver_point_m", n.receiver_point_m);
-  read_vector(t, "tanker_point_m", n.tanker_point_m);
+  t.read_three("receiver_point_m", 1e6, n.receiver_point_m);
+  t.read_three("tanker_point_m", 1e6, n.tanker_point_m);
 }
 
 constexpr int kDeepest = 4;  // bases of bases
@@ -196,8 +189,8 @@ Result<> read(const ConfigFile& file, Scenario& s, int depth) {
   std::string model;
   tanker.read("model", model);
   if (!model.empty()) s.tanker = file.resolve(model);
-  read_vector(tanker, "ins", s.ins_in);
-  read_vector(tanker, "reference", s.reference_in);
+  tanker.read_three("ins", 1e6, s.ins_in);
+  tanker.read_three("reference", 1e6, s.reference_in);
   read_place(root.table("place"), s);
   ConfigTable start = root.table("start");
   read_where(start, s.range_ft, s.azimuth_deg, s.elevation_deg);

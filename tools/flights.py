@@ -10,6 +10,7 @@ compare A.json B.json    did two runs make the same flights?
 import hashlib
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -43,9 +44,19 @@ def digest(path, known={}):
     return known[key]
 
 
+def inputs(scenario):
+    """The scenario's file and its bases."""
+    path = os.path.join(SCENARIOS, scenario)
+    yield path
+    with open(path) as file:
+        base = re.search(r'^base = "([^"]+)"', file.read(), re.M)
+    if base:
+        yield from inputs(base.group(1))
+
+
 def newest_input(scenario, program):
-    """A flight older than its scenario, any base of it or the program is flown again; unchanged pictures come from the cache."""
-    return max(os.path.getmtime(p) for p in (program, os.path.join(SCENARIOS, scenario + ".toml"), os.path.join(SCENARIOS, "base.toml")))
+    """A flight older than its scenario, any base of it or the program is made again; unchanged pictures come from the cache."""
+    return max(os.path.getmtime(p) for p in (program, *inputs(scenario + ".toml")))
 
 
 def load_manifest(path=MANIFEST):
@@ -68,6 +79,7 @@ def make(build, wanted):
     program = os.path.join(build, "bin/cyclops-flight")
     os.makedirs(FLIGHTS, exist_ok=True)
     flights, seen, begin = load_manifest(), set(), time.monotonic()
+    flights = {n: f for n, f in flights.items() if os.path.isdir(os.path.join(FLIGHTS, n))}
     todo = [f for f in standard_set() if (f[0] in wanted or f[1] in wanted if wanted else f[1] not in ON_DEMAND)]
     if wanted and not todo:
         sys.exit(f"flights.py: no scenario of that name; there are: {' '.join(n for n, _, _ in standard_set())}")

@@ -32,11 +32,11 @@ SPEC = {  # what the specification says of a flight: (figure, its value there)
 
 
 def modes(counts):
-    """Places of the maxima of a histogram that stand out: three-bin mean, at least an eighth of the largest, with a dip of a quarter between."""
+    """Places of the maxima of a histogram that stand out: three-bin mean, at least a quarter of the largest, with a dip of a quarter between."""
     smooth = np.convolve(counts, [.25, .5, .25], "same")
     found = []
     for k in range(len(smooth) - 1):
-        if smooth[k] < max(smooth) / 8 or smooth[k] < smooth[max(0, k - 1)] or smooth[k] <= smooth[k + 1]:
+        if smooth[k] < max(smooth) / 4 or smooth[k] < smooth[max(0, k - 1)] or smooth[k] <= smooth[k + 1]:
             continue
         if found and min(smooth[found[-1]:k + 1]) > .75 * min(smooth[found[-1]], smooth[k]):
             if smooth[k] > smooth[found[-1]]:

@@ -18,6 +18,7 @@
 #include <cyclops/truth_t.hpp>
 #include <cyclops/tspi_t.hpp>
 
+#include "base/file.hpp"
 #include "hil/flight_messages.hpp"
 #include "record/flight.hpp"
 #include "tools/csv.hpp"
@@ -155,7 +156,9 @@ Result<TruthByFrame> read_truth(const std::string& path) {
   return out;
 }
 
-std::string rig_toml(const Intrinsics& k, const Vec3& middle, double rate_hz, bool sixteen) {
+constexpr double kSurveyShare = 0.001;  // of the model's radius: a survey as good as that of the thesis' tanker, roughly
+
+std::string rig_toml(const Intrinsics& k, const Vec3& middle, double radius, double rate_hz, bool sixteen) {
   std::ostringstream o;
   o.precision(17);
   o << "# Made by cyclops-import. The camera looks along the receiver's nose from the receiver's INS.\n[camera]\naddress = \"127.0.0.1\"\n"
@@ -163,17 +166,9 @@ std::string rig_toml(const Intrinsics& k, const Vec3& middle, double rate_hz, bo
     << "\nexposure_us = " << static_cast<double>(kExposure_ns) * 1e-3 << "\nfx_px = " << k.fx_px << "\nfy_px = " << k.fy_px << "\ncx_px = " << k.cx_px
     << "\ncy_px = " << k.cy_px << "\npitch_um = 10.0  # not known; only scales Z(t)\nk1 = " << k.k1 << "\nk2 = " << k.k2 << "\np1 = " << k.p1 << "\np2 = " << k.p2
     << "\nk3 = " << k.k3 << "\n[mount]\npan_deg = 0.0\ntilt_deg = 0.0\nroll_deg = 0.0\nlens_in_receiver_m = [0.0, 0.0, 0.0]\nboresight_sigma_deg = 0.0\n"
-    << "[tanker]\nmodel = \"tanker.csv\"\nunit = \"m\"\nins = [" << middle.x() << ", " << middle.y() << ", " << middle.z() << "]\n"
+    << "[tanker]\nmodel = \"tanker.csv\"\nunit = \"m\"\nins = [" << middle.x() << ", " << middle.y() << ", " << middle.z() << "]\nsigma = " << kSurveyShare * radius << "  # where features.csv lists none\n"
     << "[strobe]\nsource = \"socket\"\nsocket = \"@cyclops-strobe\"\nedge = \"rising\"\n";
   return o.str();
-}
-
-Result<std::string> read_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 /// The interval of the flagged frames when it is regular, else 1.
@@ -256,7 +251,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
   auto k = read_camera((root / "camera.json").string());
   if (!k.ok()) return k.error();
   const std::string features_path = (root / "features.csv").string();
-  auto features_text = read_text(features_path);
+  auto features_text = read_file(features_path);
   if (!features_text.ok()) return features_text.error();
   auto model = TankerModel::parse(*features_text, features_path, 1.0, Vec3::Zero());
   if (!model.ok()) return model.error();
@@ -381,7 +376,7 @@ Result<ImportReport> import_folder(const ImportOptions& options) {
   }
   CYCLOPS_TRY(messages.write(out));
   CYCLOPS_TRY(out.text("tanker.csv", *features_text));
-  CYCLOPS_TRY(out.text("rig.toml", rig_toml(*k, middle, std::round(1e6 / period_s) * 1e-6, report.sixteen_bit)));
+  CYCLOPS_TRY(out.text("rig.toml", rig_toml(*k, middle, radius, std::round(1e6 / period_s) * 1e-6, report.sixteen_bit)));
   FlightManifest manifest;
   manifest.name = fs::weakly_canonical(root).filename().string();
   manifest.origin = "imported";

@@ -16,8 +16,10 @@ namespace {
 
 class Run {
  public:
-  Run(FlightReader flight, const Rig& rig, const Profile& profile, MessageSink& sink)
+  Run(FlightReader flight, const Rig& rig, const Profile& profile, MessageSink& sink, const FrameObserver& observe)
       : flight_(std::move(flight)),
+        rig_(rig),
+        observe_(observe),
         front_(rig.stamper, rig.gps, profile.nav, rig.nav),
         chain_(rig, profile),
         publisher_(rig, sink),
@@ -76,8 +78,10 @@ class Run {
       FlightFrame pixels;
       CYCLOPS_TRY(flight_.frame(static_cast<std::int64_t>(ready.token), memory_, pixels));
       const bool seen = ready.frame.status != FrameStatus::kMissing;
-      chain_.step(ready, seen ? pixels.image : ImageView{}, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
+      const ImageView image = seen ? pixels.image : ImageView{};
+      chain_.step(ready, image, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
       publisher_.frame(*out_, front_.gps_time(ready.frame.t_mid), {});
+      if (observe_) observe_(rig_, *out_, image);
       ++result_.frames_out;
       for (std::size_t s = 0; s < kStages; ++s) result_.stage[s].add(out_->stage_time[s]);
       result_.chain.add(out_->chain_time);
@@ -86,6 +90,8 @@ class Run {
   }
 
   FlightReader flight_;
+  const Rig& rig_;
+  const FrameObserver& observe_;
   Front front_;
   Chain chain_;
   Publisher publisher_;
@@ -96,7 +102,8 @@ class Run {
 
 }  // namespace
 
-Result<OfflineResult> run_offline(const std::string& folder, const Profile& profile, const std::string& log, const std::function<void(double)>& progress) {
+Result<OfflineResult> run_offline(const std::string& folder, const Profile& profile, const std::string& log,
+                                  const std::function<void(double)>& progress, const FrameObserver& observe) {
   auto flight = FlightReader::open(folder);
   if (!flight.ok()) return flight.error();
   auto rig = Rig::load(flight->path("rig.toml"));
@@ -106,7 +113,7 @@ Result<OfflineResult> run_offline(const std::string& folder, const Profile& prof
   LogSink sink(std::move(writer).value());
   const FlightManifest manifest = flight->manifest();
   const auto begin = std::chrono::steady_clock::now();
-  auto run = std::make_unique<Run>(std::move(flight).value(), *rig, profile, sink);
+  auto run = std::make_unique<Run>(std::move(flight).value(), *rig, profile, sink, observe);
   auto result = run->all(progress);
   if (!result.ok()) return result;
   CYCLOPS_TRY(sink.close());
@@ -121,7 +128,7 @@ Result<> measurements_csv(const std::string& log, const std::string& path) {
   std::FILE* f = std::fopen(path.c_str(), "w");
   if (f == nullptr) return make_error(ErrorCode::kIo, path, "cannot be written");
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> closer(f, std::fclose);
-  std::fprintf(f, "frame,mid_exposure_ns,mid_exposure_gps_ns,id,accepted,reason,u_px,v_px,ideal_u_px,ideal_v_px,z_x_m,z_y_m,cov_uu_px2,cov_uv_px2,cov_vv_px2,innovation_u_px,innovation_v_px,nis,integrity\n");
+  std::fprintf(f, "frame,mid_exposure_ns,mid_exposure_gps_ns,id,accepted,reason,kind,u_px,v_px,ideal_u_px,ideal_v_px,z_x_m,z_y_m,cov_uu_px2,cov_uv_px2,cov_vv_px2,innovation_u_px,innovation_v_px,nis,integrity\n");
   record::LogEvent event;
   measurement_set_t m;
   while (true) {
@@ -130,8 +137,8 @@ Result<> measurements_csv(const std::string& log, const std::string& path) {
     if (!*more) break;
     if (event.channel != channel::kMeasurement || m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) continue;
     for (const auto& z : m.items)
-      std::fprintf(f, "%lld,%lld,%lld,%d,%d,%d,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.6g\n", static_cast<long long>(m.seq),
-                   static_cast<long long>(m.mid_exposure_ns), static_cast<long long>(m.mid_exposure_gps_ns), z.id, z.accepted, z.reason, z.raw_px[0], z.raw_px[1],
+      std::fprintf(f, "%lld,%lld,%lld,%d,%d,%d,%d,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.6g\n", static_cast<long long>(m.seq),
+                   static_cast<long long>(m.mid_exposure_ns), static_cast<long long>(m.mid_exposure_gps_ns), z.id, z.accepted, z.reason, z.kind, z.raw_px[0], z.raw_px[1],
                    z.ideal_px[0], z.ideal_px[1], z.z_m[0], z.z_m[1], z.cov_px2[0], z.cov_px2[1], z.cov_px2[2], z.innovation_px[0], z.innovation_px[1], z.nis,
                    static_cast<double>(m.integrity));
   }

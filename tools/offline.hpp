@@ -20,9 +20,12 @@ struct OfflineResult {
   double flight_s{0};                  ///< time from first to last frame
 };
 
+/// Sees each frame after the chain; the image is empty when its pixels are missing. Both are gone after the call.
+using FrameObserver = std::function<void(const Rig&, const FrameOutput&, const ImageView&)>;
+
 /// Results go to `log`, an event log as the service's messages would make it. `progress` is told the share done, or empty.
 Result<OfflineResult> run_offline(const std::string& flight, const Profile& profile, const std::string& log,
-                                  const std::function<void(double)>& progress);
+                                  const std::function<void(double)>& progress, const FrameObserver& observe = {});
 
 /// Measurements as a table: frame, times, id, accepted, reason, pixels, metres, covariance, innovation, NIS.
 Result<> measurements_csv(const std::string& log, const std::string& path);

@@ -42,8 +42,7 @@ struct Prior {
 
 }  // namespace
 
-Result<AlignConfig> AlignConfig::read(ConfigTable& t) {
-  AlignConfig c;
+Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read("enabled", c.enabled);
   t.read_in("corner_sigma_px", 0.05, 20.0, c.corner_sigma_px);
   t.read_in("scatter_gain", 0.0, 1.0, c.scatter_gain);
@@ -109,6 +108,8 @@ struct Aligner::State {
     double square_px2;
   };
   std::vector<Residual> residuals;     // of the last refinement
+  Prior used;                          // the prior that the reading of this frame came from
+  const EdgeSet* edges{nullptr};       // taken part in the refinement, or null
   std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
 
   [[nodiscard]] Prior prior_from(const RelativeState& state) const;
@@ -117,6 +118,7 @@ struct Aligner::State {
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
   void refine(const Prior& prior, const Vec6& start, Alignment& out);
+  void add_edges(const CameraPose& pose, Mat6& H, Vec6& g) const;
   void learn(const Alignment& out);
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
   void place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const;
@@ -290,6 +292,7 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
       H += w * full.transpose() * full;
       g += w * full.transpose() * (*z - *uv);
     }
+    if (edges != nullptr) add_edges(pose, H, g);
     const Vec6 change = H.ldlt().solve(g);
     if (!change.allFinite()) break;
     d += change;
@@ -298,6 +301,29 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
   out.T_c_k = moved(prior.T, d);
   out.covariance = H.inverse();
   out.considered = static_cast<std::uint32_t>(problem.seen.size());
+}
+
+/// Two places on each proven edge, known across it only. Same weights as for corners.
+void Aligner::State::add_edges(const CameraPose& pose, Mat6& H, Vec6& g) const {
+  const double c2 = config.robust_scale * config.robust_scale;
+  for (const Edge& edge : *edges) {
+    if (!edge.proven) continue;
+    const double variance = edge.sigma_px * edge.sigma_px + edge.bias_sigma_px * edge.bias_sigma_px;
+    const Vec3 &a = body[edge.feature[0]].xyz, &b = body[edge.feature[1]].xyz;
+    for (const Edge::Point& p : edge.inner) {
+      const Point<frame::K> place(a + p.share * (b - a));
+      Eigen::Matrix<double, 2, 3> J;
+      const auto uv = camera.project(pose * place, J);
+      if (!uv) continue;
+      Jac full;
+      full << -J * skew(pose.rotation().rotate(place.xyz)), J;
+      const Vec6 across = full.transpose() * p.normal;
+      const double r = p.normal.dot(p.uv_px - *uv), m = r * r / variance;
+      const double w = 1 / ((1 + m / c2) * (1 + m / c2) * variance);
+      H += w * across * across.transpose();
+      g += w * r * across;
+    }
+  }
 }
 
 /// What this frame teaches about predicting the next one.
@@ -371,6 +397,7 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
     const Reading& best = out.from_track ? from_track : from_nav;
     out.evidence = best.evidence;
     out.margin = out.from_track ? margin_track : margin_nav;
+    s.used = prior;
     s.refine(prior, best.d, out);
     const auto needed = static_cast<std::uint32_t>(std::max(2, s.config.min_inliers - (out.considered < 7 ? 1 : 0)));
     out.consensus = out.inliers >= needed && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
@@ -379,8 +406,19 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
       out.nav_disagreement = gap.dot((s.nav.P + out.covariance).ldlt().solve(gap));
     }
   }
-  s.learn(out);
-  s.previous_nav = s.nav;
+}
+
+void Aligner::refine(const EdgeSet& edges, Alignment& out) {
+  State& s = *s_;
+  if (!out.consensus || edges.empty()) return;
+  s.edges = &edges;
+  s.refine(s.used, difference(s.used.T, out.T_c_k), out);
+  s.edges = nullptr;
+}
+
+void Aligner::learn(const Alignment& alignment) {
+  s_->learn(alignment);
+  s_->previous_nav = s_->nav;
 }
 
 double Aligner::corner_variance_px2(std::uint16_t feature) const { return s_->scatter[feature]; }

@@ -44,7 +44,7 @@ struct AlignConfig {
   double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
   double search_most_px{60};      ///< but no further
   double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
-  static Result<AlignConfig> read(ConfigTable& table);
+  static Result<AlignConfig> read(ConfigTable& table, AlignConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const AlignConfig&) const = default;
 };
 
@@ -66,6 +66,12 @@ class Aligner {
 
   /// `predicted` says which features can be seen; its positions are not used. Call after predict, once a frame.
   void step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out);
+
+  /// Refines the pose of step() with edges that were found from it, corners included again. Edges not proven are not used.
+  void refine(const EdgeSet& edges, Alignment& out);
+
+  /// What this frame teaches about predicting the next. Call last, once a frame.
+  void learn(const Alignment& alignment);
 
   /// Moves every prediction to the aligned pose, covariance from the alignment, survey and lens.
   void apply(const Alignment& alignment, PredictionSet& predicted) const;

@@ -24,8 +24,7 @@ double largest_variance(const CornerSet& corners) {
 
 }  // namespace
 
-Result<AssociateConfig> AssociateConfig::read(ConfigTable& table) {
-  AssociateConfig c;
+Result<AssociateConfig> AssociateConfig::read(ConfigTable& table, AssociateConfig c) {
   table.read_enum("gate", {"fixed", "mahalanobis"}, c.gate);
   table.read_in("gate_px", 1.0, 200.0, c.gate_px);
   table.read_in("epsilon_px", 1e-6, 10.0, c.epsilon_px);
@@ -57,7 +56,8 @@ double Associator::radius_px(const Track& track, double corner_variance) const {
 /// Below 0: not in the gate. Mahalanobis only; the gain of the fixed gate is gate - distance.
 double Associator::likelihood_gain(const Track& track, const Corner& corner) const {
   const Vec2 d = corner.uv_px - track.uv_px;
-  const double model = config_.model_sigma_px * config_.model_sigma_px;
+  if (corner.feature >= 0 && corner.feature != track.feature) return -1;
+  const double model = corner.kind == PointKind::kCorner ? config_.model_sigma_px * config_.model_sigma_px : 0;
   const double a = track.cov_px2(0, 0) + corner.cov_px2(0, 0) + model, c = track.cov_px2(1, 1) + corner.cov_px2(1, 1) + model;
   const double b = track.cov_px2(0, 1) + corner.cov_px2(0, 1);
   const double det = a * c - b * b;

@@ -33,7 +33,7 @@ struct AssociateConfig {
   double clutter_per_px2{0.001};        ///< other corners in the searched area
 
   /// `table` is [associate]; range errors are collected there.
-  [[nodiscard]] static Result<AssociateConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<AssociateConfig> read(ConfigTable& table, AssociateConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const AssociateConfig&) const = default;
 };
 

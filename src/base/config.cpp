@@ -13,10 +13,12 @@ struct TomlAssertion : std::logic_error {
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <sstream>
+
+#include "base/file.hpp"
 
 namespace cyclops {
 
@@ -160,6 +162,16 @@ void ConfigTable::read(const char* key, std::vector<std::string>& out) {
   else node_->error(node, key, "is " + shown(*node) + ", expected a list of strings");
 }
 
+void ConfigTable::read_three(const char* key, double largest, std::vector<double>& out) {
+  std::vector<double> v = out;
+  read(key, v);
+  if (v.size() == 3 && std::all_of(v.begin(), v.end(), [&](double x) { return std::fabs(x) < largest; })) {
+    out = v;
+    return;
+  }
+  fail(key, "expected three numbers below " + std::to_string(static_cast<std::int64_t>(largest)));
+}
+
 void ConfigTable::read_choice(const char* key, const std::vector<std::string>& names, int& out) {
   if (!has(key)) { node_->used.insert(key); return; }
   std::string word;
@@ -243,12 +255,9 @@ Result<ConfigFile> ConfigFile::parse(const std::string& text, const std::string&
 }
 
 Result<ConfigFile> ConfigFile::load(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in.good() && !in.eof()) return make_error(ErrorCode::kIo, path, "cannot be read");
-  return parse(text.str(), path);
+  auto text = read_file(path);
+  if (!text.ok()) return text.error();
+  return parse(*text, path);
 }
 
 ConfigTable ConfigFile::root() const { return ConfigTable(state_->root_node); }

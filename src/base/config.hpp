@@ -28,6 +28,13 @@ class ConfigTable {
   void read(const char* key, std::string& out);
   void read(const char* key, std::vector<double>& out);
   void read(const char* key, std::vector<std::string>& out);
+  /// Three finite numbers below `largest` in size, into a V that is made as V{x, y, z} and read by [].
+  template <class V>
+  void read_three(const char* key, double largest, V& out) {
+    std::vector<double> v{out[0], out[1], out[2]};
+    read_three(key, largest, v);
+    out = V{v[0], v[1], v[2]};
+  }
   /// One of `names`; `out` becomes its index.
   void read_choice(const char* key, const std::vector<std::string>& names, int& out);
   template <class E>
@@ -55,6 +62,7 @@ class ConfigTable {
   friend class ConfigFile;
   explicit ConfigTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
   void missing(const char* key);
+  void read_three(const char* key, double largest, std::vector<double>& out);
   std::shared_ptr<Node> node_;
 };
 

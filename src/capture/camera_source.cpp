@@ -27,6 +27,8 @@ ArvPixelFormat arv_format(PixelFormat f) {
   return 0;
 }
 
+constexpr int kMostDoublings = 3;
+
 PacketCounters operator+(const PacketCounters& a, const PacketCounters& b) {
   return {a.received + b.received, a.missing + b.missing,       a.resend_requested + b.resend_requested, a.resent + b.resent,
           a.refused + b.refused,   a.duplicated + b.duplicated, a.ignored + b.ignored,                   a.no_buffer + b.no_buffer};
@@ -72,6 +74,7 @@ struct CameraSource::State {
   FrameNumbers numbers;
   std::int64_t last_frame_ns{0};
   Duration silence{};                      // waited in vain since then: a stall of this host is not the camera's silence
+  int fruitless{0};                        // streams in a row that ended in silence without a frame
   int wrong_in_a_row{0};
   std::int64_t lost_ns{0};
   PacketCounters packets_before;           // of sessions that ended
@@ -79,6 +82,9 @@ struct CameraSource::State {
   CameraCounters own;                      // capture thread's
   mutable std::mutex mutex;
   CameraCounters published;                // under mutex
+
+  /// A camera that is there but sends nothing (paused, waiting for a trigger) is asked again more and more seldom.
+  [[nodiscard]] Duration patience() const { return config.watchdog() * (std::int64_t{1} << std::min(fruitless, kMostDoublings)); }
 };
 
 CameraSource::CameraSource(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -99,7 +105,7 @@ CameraEvent CameraSource::poll(Duration timeout) {
   State& s = *state_;
   if (!s.session) return wait_for_stream(timeout);
   if (!s.announced) return begin(std::move(s.session));
-  const Duration wait = std::min(timeout, s.config.watchdog() - s.silence);
+  const Duration wait = std::min(timeout, s.patience() - s.silence);
   const Received got = s.session->wait(wait);
   if (got.buffer != nullptr) {
     CameraEvent event = handle(got.buffer, got.arrival_ns);
@@ -107,10 +113,11 @@ CameraEvent CameraSource::poll(Duration timeout) {
     return event;
   }
   s.silence = s.silence + wait;
-  if (s.silence < s.config.watchdog()) return CameraTimeout{};
+  if (s.silence < s.patience()) return CameraTimeout{};
   // A stream whose numbers went back is silent too, but its packets keep coming and are ignored.
   const std::uint64_t ignored = s.session->packets().ignored - s.packets.ignored;
   const bool packets_came = ignored >= static_cast<std::uint64_t>(2 * s.config.watchdog_periods);
+  ++s.fruitless;
   return lose(packets_came ? LossReason::kNumbersBack : LossReason::kSilence);
 }
 
@@ -176,6 +183,7 @@ CameraEvent CameraSource::handle(ArvBuffer* buffer, std::int64_t arrival_ns) {
   (starved ? s.own.lost_no_buffer : s.own.lost_gap) += step.lost;
   if (!as_configured(buffer)) return wrong_size(buffer, step.seq);
   alive();
+  s.fruitless = 0;
   CameraFrame frame = make_frame(buffer, step.seq, arrival_ns);
   fill_rows(frame);
   count_frame(frame);

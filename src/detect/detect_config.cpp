@@ -12,10 +12,10 @@ DetectConfig DetectConfig::thesis() {
   return c;
 }
 
-Result<DetectConfig> DetectConfig::read(ConfigTable& table) {
-  DetectMode mode = DetectMode::kRefined;
+Result<DetectConfig> DetectConfig::read(ConfigTable& table, DetectConfig absent) {
+  DetectMode mode = absent.mode;
   table.read_enum("mode", {"refined", "thesis"}, mode);
-  DetectConfig c = mode == DetectMode::kThesis ? thesis() : DetectConfig{};
+  DetectConfig c = mode == absent.mode ? absent : mode == DetectMode::kThesis ? thesis() : DetectConfig{};
   table.read_in("gaussian_sigma_px", 0.3, 5.0, c.gaussian_sigma_px);
   table.read_in("gaussian_size", 3, 13, c.gaussian_size);
   if (c.gaussian_size % 2 == 0) table.fail("gaussian_size", "is " + std::to_string(c.gaussian_size) + ", expected an odd number");

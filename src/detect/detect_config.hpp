@@ -53,7 +53,7 @@ struct DetectConfig {
   /// The thesis' settings: kThesis, mean over the box, no noise floor, no sub-pixel step, no saturation check.
   [[nodiscard]] static DetectConfig thesis();
   /// "mode" chooses the defaults of the other keys.
-  [[nodiscard]] static Result<DetectConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<DetectConfig> read(ConfigTable& table, DetectConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const DetectConfig&) const = default;
 };
 

@@ -81,8 +81,7 @@ Prediction predict_one(const View& view, const Feature& feature, const Vec3& p_k
 
 }  // namespace
 
-Result<EstimateConfig> EstimateConfig::read(ConfigTable& table) {
-  EstimateConfig c;
+Result<EstimateConfig> EstimateConfig::read(ConfigTable& table, EstimateConfig c) {
   table.read("use_normals", c.use_normals);
   table.read_in("focal_sigma", 0.0, 0.1, c.focal_sigma);
   table.read_in("windscreen_sigma_px", 0.0, 100.0, c.windscreen_sigma_px);

@@ -29,7 +29,7 @@ struct EstimateConfig {
   double survey_scale{1.0};           ///< multiplies Feature::sigma_m
 
   /// `table` is [estimate]; range errors are collected there.
-  [[nodiscard]] static Result<EstimateConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<EstimateConfig> read(ConfigTable& table, EstimateConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const EstimateConfig&) const = default;
 };
 

@@ -2,10 +2,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
+
+#include "base/file.hpp"
 
 namespace cyclops {
 namespace {
@@ -78,7 +79,7 @@ Point<frame::K> TankerModel::body_from_model(const Point<frame::M>& p) const {
   return {-d.x(), d.y(), -d.z()};
 }
 
-Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string& name, double unit, const Vec3& ins_model) {
+Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string& name, double unit, const Vec3& ins_model, double sigma_m) {
   TankerModel model;
   model.ins_ = Point<frame::M>(ins_model * unit);
   std::istringstream lines(csv);
@@ -99,6 +100,7 @@ Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string
       continue;
     }
     Feature f;
+    f.sigma_m = sigma_m;
     double id = 0, sigma = 0;
     const auto* id_text = columns->find(row, {"id"});
     if (id_text == nullptr || !number(*id_text, id) || id != std::floor(id) || std::fabs(id) > 1e9)
@@ -134,12 +136,10 @@ Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string
   return model;
 }
 
-Result<TankerModel> TankerModel::load(const std::string& path, double unit, const Vec3& ins_model) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return make_error(ErrorCode::kNotFound, path, "cannot be opened");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse(text.str(), path, unit, ins_model);
+Result<TankerModel> TankerModel::load(const std::string& path, double unit, const Vec3& ins_model, double sigma_m) {
+  auto text = read_file(path);
+  if (!text.ok()) return text.error();
+  return parse(*text, path, unit, ins_model, sigma_m);
 }
 
 }  // namespace cyclops

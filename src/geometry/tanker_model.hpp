@@ -14,21 +14,24 @@
 
 namespace cyclops {
 
+inline constexpr double kSurveySigma_m = 0.00178;  ///< 0.07 in, spec 3.8
+
 struct Feature {
   std::int32_t id{0};
   std::string name;
   std::string kind;
   Point<frame::M> p_m{};         ///< m
   std::vector<Vec3> normals_m;   ///< unit, model axes; empty: may be seen from anywhere
-  double sigma_m{0.00178};       ///< 1 sigma of the survey per axis; default 0.07 in, spec 3.8
+  double sigma_m{kSurveySigma_m};  ///< 1 sigma of the survey per axis
   bool enabled{true};
 };
 
 class TankerModel {
  public:
-  /// `metres_per_unit`: 0.0254 for inches. `ins_model`: tanker INS in model units. Names line and column of what is wrong.
-  static Result<TankerModel> parse(const std::string& csv, const std::string& name, double metres_per_unit, const Vec3& ins_model);
-  static Result<TankerModel> load(const std::string& path, double metres_per_unit, const Vec3& ins_model);
+  /// `metres_per_unit`: 0.0254 for inches. `ins_model`: tanker INS in model units. `sigma_m`: of features that list none. Names line and column of what is wrong.
+  static Result<TankerModel> parse(const std::string& csv, const std::string& name, double metres_per_unit, const Vec3& ins_model,
+                                   double sigma_m = kSurveySigma_m);
+  static Result<TankerModel> load(const std::string& path, double metres_per_unit, const Vec3& ins_model, double sigma_m = kSurveySigma_m);
 
   [[nodiscard]] const std::vector<Feature>& features() const { return features_; }
   /// p_k = diag(-1, 1, -1) (p_m - m_INS): model is aft-right-up, body forward-right-down. Spec 1.2 step 1.

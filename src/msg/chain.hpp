@@ -40,11 +40,20 @@ struct SubImage {
 };
 using SubImageSet = StaticVector<SubImage, kMaxSubImages>;
 
+/// How an image point was found.
+enum class PointKind : std::uint8_t {
+  kCorner,      ///< corner of the image
+  kCrossing,    ///< where edges cross that end at the feature
+  kPatch,       ///< where the surroundings of the feature look as they did before
+};
+
 struct Corner {
   Vec2 uv_px{0, 0};
   Mat2 cov_px2{Mat2::Identity()};      ///< localisation covariance, order u v
   float measure{0};                    ///< Noble corner measure, counts^2
   bool subpixel{false};                ///< false: centre of the strongest pixel
+  PointKind kind{PointKind::kCorner};
+  std::int32_t feature{-1};            ///< index into the model: the only feature this point can be; -1: any
 };
 
 struct CornerSet {
@@ -67,6 +76,24 @@ struct Alignment {
   Pose<frame::C, frame::K> T_c_k{};    ///< aligned; holds boresight error too, so it is a pose for the image only
   Mat6 covariance{Mat6::Identity()};   ///< [rotation vector about the tanker INS in c axes (rad); translation in c (m)]
 };
+
+/// A straight edge between two features, as seen in the image: two points of it with normals and independent errors.
+struct Edge {
+  std::uint32_t pair{0};               ///< of the finder
+  std::uint16_t feature[2]{};
+  struct Point {
+    double share{0};                   ///< place on the segment in space: 0 at the first feature, 1 at the second
+    Vec2 uv_px{0, 0};
+    Vec2 normal{0, 0};                 ///< unit; the place along the edge is not known
+  };
+  Point inner[2];                      ///< errors along their normals are independent, 1 sigma is `sigma_px`
+  Point end[2];                        ///< the line carried on to the features
+  double sigma_px{0};
+  double bias_sigma_px{0};             ///< 1 sigma of the edge about the segment of the model, the same for all its points
+  double coverage{0};                  ///< share of the segment where the edge was seen
+  bool proven{false};                  ///< found often enough to be used
+};
+using EdgeSet = StaticVector<Edge, 128>;
 
 enum class MatchReason : std::uint8_t {
   kMatched,
@@ -118,6 +145,7 @@ struct Measurement {
   std::uint16_t feature{0};
   bool accepted{false};                ///< false: listed for diagnosis, not part of Z(t)
   MatchReason reason{MatchReason::kMatched};
+  PointKind kind{PointKind::kCorner};
   Vec2 raw_px{0, 0};
   Vec2 ideal_px{0, 0};                 ///< lens and windscreen removed
   Vec2 z_m{0, 0};                      ///< metres on the image plane, x image left, y image top

@@ -9,6 +9,8 @@ namespace {
 
 using Where = std::function<std::string(const char*)>;
 
+constexpr double kLongestLever_m = 100;
+
 struct Range {
   const char* key;
   double NavConfig::*field;
@@ -56,19 +58,9 @@ Result<> check(const NavConfig& c, const Where& where) {
   return check_dropouts(c, where);
 }
 
-Result<> read_lever(ConfigTable& table, const char* key, Vec3& out) {
-  std::vector<double> values{out.x(), out.y(), out.z()};
-  table.read(key, values);
-  if (values.size() != 3) return make_error(ErrorCode::kInvalid, table.where(key), "expected three numbers: forward, right, down, m");
-  out = {values[0], values[1], values[2]};
-  if (!out.allFinite() || out.norm() > 100) return make_error(ErrorCode::kInvalid, table.where(key), "is longer than 100 m");
-  return Ok{};
-}
-
 }  // namespace
 
-Result<NavConfig> NavConfig::read(ConfigTable& nav) {
-  NavConfig config;
+Result<NavConfig> NavConfig::read(ConfigTable& nav, NavConfig config) {
   for (const Range& r : kRanges) nav.read(r.key, config.*r.field);
   nav.read("update_every_n_frames", config.update_every_n_frames);
   nav.read("max_waiting_frames", config.max_waiting_frames);
@@ -77,6 +69,7 @@ Result<NavConfig> NavConfig::read(ConfigTable& nav) {
   if (edges.size() % 2 != 0 || edges.size() > 2 * kMaxDropouts)
     return make_error(ErrorCode::kInvalid, nav.where("dropouts_s"),
                       "has " + std::to_string(edges.size()) + " numbers, expected pairs of start and end, at most " + std::to_string(kMaxDropouts));
+  if (nav.has("dropouts_s")) config.dropouts.clear();
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) config.dropouts.push_back({edges[i], edges[i + 1]});
   CYCLOPS_TRY(check(config, [&](const char* key) { return nav.where(key); }));
   return config;
@@ -88,8 +81,8 @@ Result<> NavConfig::validated() const {
 
 Result<NavRig> NavRig::read(ConfigTable& tspi) {
   NavRig rig;
-  CYCLOPS_TRY(read_lever(tspi, "receiver_ins_m", rig.receiver_ins_from_tspi_m));
-  CYCLOPS_TRY(read_lever(tspi, "tanker_ins_m", rig.tanker_ins_from_tspi_m));
+  tspi.read_three("receiver_ins_m", kLongestLever_m, rig.receiver_ins_from_tspi_m);
+  tspi.read_three("tanker_ins_m", kLongestLever_m, rig.tanker_ins_from_tspi_m);
   return rig;
 }
 

@@ -33,7 +33,7 @@ struct NavConfig {
   int max_waiting_frames{32};                   ///< more than this, and the oldest goes on with what there is
 
   /// Reads the keys of the table `nav` itself. Error: file:line: key, value and its range. Types and unknown keys: finish().
-  static Result<NavConfig> read(ConfigTable& nav);
+  static Result<NavConfig> read(ConfigTable& nav, NavConfig absent);  ///< `absent`: values of keys left out
   /// The same checks for a config made in code; `where` is "nav.<key>".
   [[nodiscard]] Result<> validated() const;
   bool operator==(const NavConfig&) const = default;

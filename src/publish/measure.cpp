@@ -29,6 +29,7 @@ void fill_innovation(const Track& predicted, const Corner& corner, Measurement& 
 }
 
 void fill_point(const Corner& corner, const Camera& camera, Measurement& m) {
+  m.kind = corner.kind;
   m.raw_px = corner.uv_px;
   m.ideal_px = camera.ideal_from_raw(corner.uv_px);
   m.z_m = camera.z_point_m(m.ideal_px);
@@ -54,8 +55,7 @@ Measurement measure_one(const Track& predicted, const Match& match, const Corner
 
 }  // namespace
 
-Result<PublishConfig> PublishConfig::read(ConfigTable& table) {
-  PublishConfig c;
+Result<PublishConfig> PublishConfig::read(ConfigTable& table, PublishConfig c) {
   table.read_in("max_nis", 0.0, 1e6, c.max_nis);
   table.read_in("typical_nis", 0.1, 100.0, c.typical_nis);
   table.read_in("enough_features", 1, 1024, c.enough_features);

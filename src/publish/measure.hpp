@@ -23,7 +23,7 @@ struct PublishConfig {
   int enough_features{6};             ///< accepted features from which on their number does not lower integrity
 
   /// `table` is [publish]; range errors are collected there.
-  [[nodiscard]] static Result<PublishConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<PublishConfig> read(ConfigTable& table, PublishConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const PublishConfig&) const = default;
 };
 

@@ -56,8 +56,7 @@ bool merge_once(SubImageSet& boxes) {
 
 }  // namespace
 
-Result<SegmentConfig> SegmentConfig::read(ConfigTable& table) {
-  SegmentConfig c;
+Result<SegmentConfig> SegmentConfig::read(ConfigTable& table, SegmentConfig c) {
   table.read_in("buffer_px", 0, kMaxImageSide, c.buffer_px);
   c.link_px = 2 * c.buffer_px + 1;
   table.read_in("link_px", 1.0, 2.0 * kMaxImageSide, c.link_px);

@@ -26,7 +26,7 @@ struct SegmentConfig {
   double link_px{61};            ///< two points belong together when closer than this; 2 buffer + 1 by default
   bool merge_overlapping{true};  ///< off: single-linkage boxes as they are, which may overlap (thesis)
   /// Table "segment": buffer_px, link_px, merge_overlapping. link_px follows buffer_px when it is not given.
-  [[nodiscard]] static Result<SegmentConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<SegmentConfig> read(ConfigTable& table, SegmentConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const SegmentConfig&) const = default;
 };
 

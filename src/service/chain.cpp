@@ -42,6 +42,8 @@ const char* to_string(Stage stage) {
     case Stage::kSegment: return "segment";
     case Stage::kDetect: return "detect";
     case Stage::kAlign: return "align";
+    case Stage::kEdge: return "edge";
+    case Stage::kPatch: return "patch";
     case Stage::kAssociate: return "associate";
     case Stage::kTrack: return "track";
     case Stage::kPublish: return "publish";
@@ -55,6 +57,8 @@ Chain::Chain(const Rig& rig, const Profile& profile)
       mount_{camera_from_receiver(rig.mount_angles), rig.lens, rig.boresight_sigma_rad},
       T_c_r_(mount_.R_c_r, Point<frame::C>(-mount_.R_c_r.rotate(mount_.lens.xyz))),
       aligner_(profile.align, rig.tanker, rig.camera, T_c_r_, mount_.boresight_sigma_rad),
+      edge_finder_(profile.edge, rig.tanker, rig.camera),
+      patch_matcher_(profile.patch, rig.tanker, rig.camera),
       segmenter_(profile.segment),
       detector_(profile.detect, rig.camera.intrinsics().width, rig.camera.intrinsics().height),
       associator_(profile.associate),
@@ -78,6 +82,10 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   watch.lap(Stage::kDetect, out);
   if (profile_.align.enabled) align(out);
   watch.lap(Stage::kAlign, out);
+  find_edges(seen ? image : ImageView{}, missing, out);
+  watch.lap(Stage::kEdge, out);
+  if (out.alignment.consensus && seen) patch_matcher_.step(image, missing, out.alignment, out.aligned, out.corners);
+  watch.lap(Stage::kPatch, out);
   out.tracks_before = tracker_.tracks();
   associator_.associate(out.tracks_before, out.corners, out.matches);
   if (profile_.align.enabled && !out.alignment.consensus) refuse_matches(out);
@@ -157,17 +165,35 @@ void Chain::segment(FrameOutput& out) {
 
 void Chain::align(FrameOutput& out) {
   aligner_.step(out.search, out.corners, out.alignment);
+  place_aligned(out);
+}
+
+void Chain::place_aligned(FrameOutput& out) {
   if (!out.alignment.consensus) return;
   out.aligned = out.search;
   aligner_.apply(out.alignment, out.aligned);
   out.aligned.from_nav = true;
-  tracker_.nav_update(out.aligned);
+}
+
+/// Edges refine the pose of the corners; the tracks follow the final one.
+void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out) {
+  out.edges.clear();
+  if (!profile_.align.enabled) return;
+  if (profile_.edge.enabled) {
+    edge_finder_.find(image, missing, out.alignment, out.aligned, out.edges);
+    aligner_.refine(out.edges, out.alignment);
+    place_aligned(out);
+    edge_finder_.learn(out.alignment, out.edges);
+    edge_finder_.crossings(out.edges, out.corners);
+  }
+  aligner_.learn(out.alignment);
+  if (out.alignment.consensus) tracker_.nav_update(out.aligned);
 }
 
 /// A corner that is not the surveyed point has an error that its own sharpness does not show.
 void Chain::add_scatter(MeasurementSet& set) const {
   for (Measurement& m : set.items)
-    if (m.accepted) m.cov_px2 += aligner_.corner_variance_px2(m.feature) * Mat2::Identity();
+    if (m.accepted && m.kind == PointKind::kCorner) m.cov_px2 += aligner_.corner_variance_px2(m.feature) * Mat2::Identity();
 }
 
 void Chain::refuse_matches(FrameOutput& out) const {

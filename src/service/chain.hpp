@@ -1,14 +1,16 @@
 #pragma once
-/// estimate -> segment -> detect -> align -> associate -> track -> publish, for one frame.
+/// estimate -> segment -> detect -> align -> edge -> patch -> associate -> track -> publish, for one frame.
 ///
 /// Threads  one at a time; no heap after construction. Deterministic: `times` is the only output that is not.
 #include "align/align.hpp"
 #include "associate/associate.hpp"
 #include "detect/corner_detector.hpp"
+#include "edge/edge_finder.hpp"
 #include "estimate/estimate.hpp"
 #include "msg/chain.hpp"
 #include "msg/frame.hpp"
 #include "nav/frame_aligner.hpp"
+#include "patch/patch_matcher.hpp"
 #include "publish/measure.hpp"
 #include "service/rig.hpp"
 #include "segment/segment.hpp"
@@ -17,8 +19,8 @@
 
 namespace cyclops {
 
-enum class Stage : std::uint8_t { kEstimate, kSegment, kDetect, kAlign, kAssociate, kTrack, kPublish };
-inline constexpr std::size_t kStages = 7;
+enum class Stage : std::uint8_t { kEstimate, kSegment, kDetect, kAlign, kEdge, kPatch, kAssociate, kTrack, kPublish };
+inline constexpr std::size_t kStages = 9;
 [[nodiscard]] const char* to_string(Stage stage);
 
 /// Everything known about one frame at the end of the chain. Large: owned by the caller and used again.
@@ -30,6 +32,7 @@ struct FrameOutput {
   SubImageSet sub_images{};
   CornerSet corners{};
   Alignment alignment{};
+  EdgeSet edges{};            ///< found in this frame, proven or not
   MatchSet matches{};
   TrackSet tracks_before{};   ///< moved to this frame, before association
   TrackSet tracks{};
@@ -53,6 +56,8 @@ class Chain {
   void predictions_from_tracks(FrameOutput& out) const;
   void segment(FrameOutput& out);
   void align(FrameOutput& out);
+  void place_aligned(FrameOutput& out);
+  void find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void add_scatter(MeasurementSet& set) const;
   void refuse_matches(FrameOutput& out) const;
 
@@ -61,6 +66,8 @@ class Chain {
   CameraMount mount_;
   Pose<frame::C, frame::R> T_c_r_;
   Aligner aligner_;
+  EdgeFinder edge_finder_;
+  PatchMatcher patch_matcher_;
   Segmenter segmenter_;
   CornerDetector detector_;
   Associator associator_;

@@ -24,7 +24,7 @@ Result<Profile> Profile::load(const std::string& path) {
   ConfigTable root = file->root();
   const auto take = [&](const char* key, auto& config) -> Result<> {
     ConfigTable table = root.table(key);
-    auto read = std::remove_reference_t<decltype(config)>::read(table);
+    auto read = std::remove_reference_t<decltype(config)>::read(table, config);
     if (!read.ok()) return read.error();
     config = *read;
     return Ok{};
@@ -34,6 +34,8 @@ Result<Profile> Profile::load(const std::string& path) {
   CYCLOPS_TRY(take("segment", p.segment));
   CYCLOPS_TRY(take("detect", p.detect));
   CYCLOPS_TRY(take("align", p.align));
+  CYCLOPS_TRY(take("edge", p.edge));
+  CYCLOPS_TRY(take("patch", p.patch));
   CYCLOPS_TRY(take("associate", p.associate));
   CYCLOPS_TRY(take("track", p.track));
   CYCLOPS_TRY(take("publish", p.publish));

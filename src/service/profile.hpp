@@ -6,8 +6,10 @@
 #include "associate/associate.hpp"
 #include "base/result.hpp"
 #include "detect/detect_config.hpp"
+#include "edge/edge_config.hpp"
 #include "estimate/estimate.hpp"
 #include "nav/nav_config.hpp"
+#include "patch/patch_config.hpp"
 #include "publish/measure.hpp"
 #include "segment/segment.hpp"
 #include "track/tracker.hpp"
@@ -23,6 +25,8 @@ struct Profile {
   SegmentConfig segment{};
   DetectConfig detect{};
   AlignConfig align{};
+  EdgeConfig edge{};
+  PatchConfig patch{};
   AssociateConfig associate{};
   TrackConfig track{};
   PublishConfig publish{};

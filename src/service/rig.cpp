@@ -9,14 +9,6 @@ namespace {
 constexpr double kFarthest = 1e5;  // m or in
 constexpr double kDeg = 3.14159265358979323846 / 180;
 
-void read_vector(ConfigTable& table, const char* key, Vec3& out) {
-  std::vector<double> v{out.x(), out.y(), out.z()};
-  table.read(key, v);
-  const bool good = v.size() == 3 && std::fabs(v[0]) < kFarthest && std::fabs(v[1]) < kFarthest && std::fabs(v[2]) < kFarthest;
-  if (good) out = {v[0], v[1], v[2]};
-  else table.fail(key, "expected three numbers below 100000");
-}
-
 void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& windscreen) {
   Intrinsics k;
   t.read("address", rig.device.address);
@@ -57,7 +49,7 @@ void read_mount(ConfigTable t, Rig& rig) {
   t.read_in("tilt_deg", -90.0, 90.0, tilt);
   t.read_in("roll_deg", -180.0, 180.0, roll);
   t.read_in("boresight_sigma_deg", 0.0, 20.0, sigma);
-  read_vector(t, "lens_in_receiver_m", rig.lens.xyz);
+  t.read_three("lens_in_receiver_m", kFarthest, rig.lens.xyz);
   rig.mount_angles = {pan * kDeg, tilt * kDeg, roll * kDeg};
   rig.boresight_sigma_rad = sigma * kDeg;
 }
@@ -87,7 +79,13 @@ Result<Rig> Rig::load(const std::string& path) {
   int unit_choice = 1;
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
-  read_vector(tanker, "ins", ins);
+  tanker.read_three("ins", kFarthest, ins);
+  const double metres = unit_choice == 0 ? 0.0254 : 1.0;
+  double survey_m = kSurveySigma_m;
+  if (double sigma = 0; tanker.has("sigma")) {
+    tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
+    survey_m = sigma * metres;
+  }
   ConfigTable strobe = root.table("strobe"), time = root.table("time"), tspi = root.table("tspi");
   const auto take = [](auto result, auto& out) -> Result<> {
     if (!result.ok()) return result.error();
@@ -101,7 +99,7 @@ Result<Rig> Rig::load(const std::string& path) {
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  auto loaded = TankerModel::load(file->resolve(model), unit_choice == 0 ? 0.0254 : 1.0, ins);
+  auto loaded = TankerModel::load(file->resolve(model), metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
   if (!windscreen.empty()) {

@@ -14,8 +14,7 @@ void copy(const TrackSet& from, TrackSet& to) {  // only those in use: the whole
 
 }  // namespace
 
-Result<TrackConfig> TrackConfig::read(ConfigTable& table) {
-  TrackConfig c;
+Result<TrackConfig> TrackConfig::read(ConfigTable& table, TrackConfig c) {
   table.read_enum("filter", {"zoh", "zoh-score", "alpha-beta"}, c.filter);
   table.read_in("alpha", 0.0, 1.0, c.alpha);
   table.read_in("beta", 0.0, 2.0, c.beta);

@@ -44,7 +44,7 @@ struct TrackConfig {
   double acceleration_px2_s3{100};      ///< power spectral density of the acceleration
 
   /// `table` is [track]; range errors are collected there.
-  [[nodiscard]] static Result<TrackConfig> read(ConfigTable& table);
+  [[nodiscard]] static Result<TrackConfig> read(ConfigTable& table, TrackConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const TrackConfig&) const = default;
 };
 

@@ -42,6 +42,7 @@ static_assert(is(MatchReason::kMatched, measurement_t::MATCHED) && is(MatchReaso
               is(MatchReason::kLostToOther, measurement_t::LOST_TO_OTHER) && is(MatchReason::kNotVisible, measurement_t::NOT_VISIBLE) &&
               is(MatchReason::kInnovation, measurement_t::INNOVATION) && is(MatchReason::kNoConsensus, measurement_t::NO_CONSENSUS));
 
+static_assert(is(PointKind::kCorner, measurement_t::CORNER) && is(PointKind::kCrossing, measurement_t::CROSSING) && is(PointKind::kPatch, measurement_t::PATCH));
 static_assert(is(TruthVisibility::kHidden, truth_t::HIDDEN) && is(TruthVisibility::kVisible, truth_t::VISIBLE) &&
               is(TruthVisibility::kDoNotScore, truth_t::DO_NOT_SCORE));
 static_assert(is(EventLevel::kInfo, event_t::INFO) && is(EventLevel::kWarning, event_t::WARNING) && is(EventLevel::kFault, event_t::FAULT) &&

@@ -70,6 +70,7 @@ void fill(measurement_t& out, const Measurement& m) {
   out.id = m.id;
   out.accepted = m.accepted ? 1 : 0;
   out.reason = code(m.reason);
+  out.kind = code(m.kind);
   put(out.z_m, m.z_m);
   put(out.raw_px, m.raw_px);
   put(out.ideal_px, m.ideal_px);
@@ -134,8 +135,10 @@ void fill(corner_set_t& out, const CornerSet& set, std::size_t most) {
   for (std::size_t i = 0; i < all; ++i) order[i] = static_cast<std::uint16_t>(i);
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(n), order.begin() + static_cast<std::ptrdiff_t>(all),
                     [&](std::uint16_t a, std::uint16_t b) {
-                      const float x = set.items[a].measure, y = set.items[b].measure;
-                      return x != y ? x > y : a < b;
+                      const Corner &x = set.items[a], &y = set.items[b];
+                      const bool x_corner = x.kind == PointKind::kCorner, y_corner = y.kind == PointKind::kCorner;
+                      if (x_corner != y_corner) return y_corner;
+                      return x.measure != y.measure ? x.measure > y.measure : a < b;
                     });
   out.seq = static_cast<std::int64_t>(set.seq);
   out.mid_exposure_ns = set.t_mid.ns;
@@ -143,12 +146,14 @@ void fill(corner_set_t& out, const CornerSet& set, std::size_t most) {
   out.overflow = static_cast<std::int32_t>(set.overflow);
   out.n = static_cast<std::int32_t>(n);
   for (auto* column : {&out.u_px, &out.v_px, &out.sigma_px, &out.measure}) column->resize(n);
+  out.kind.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Corner& c = set.items[order[i]];
     out.u_px[i] = single(c.uv_px.x());
     out.v_px[i] = single(c.uv_px.y());
     out.sigma_px[i] = single(larger_sigma(c.cov_px2));
     out.measure[i] = c.measure;
+    out.kind[i] = code(c.kind);
   }
 }
 
@@ -185,6 +190,7 @@ Outbox::Outbox() {
   prediction.items.reserve(kMaxFeatures);
   for (auto* column : {&subimage.u0_px, &subimage.v0_px, &subimage.width_px, &subimage.height_px}) column->reserve(kMaxSubImages);
   for (auto* column : {&corner.u_px, &corner.v_px, &corner.sigma_px, &corner.measure}) column->reserve(kMaxSentCorners);
+  corner.kind.reserve(kMaxSentCorners);
   track.items.reserve(kMaxFeatures);
   measurement.items.reserve(kMaxFeatures);
 }

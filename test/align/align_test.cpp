@@ -80,6 +80,7 @@ TEST_F(AlignTest, FindsTheCommonErrorAmongClutter) {
     ASSERT_TRUE(aligner.predict(Time{1}, &nav));
     Alignment out;
     aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
     if (!out.consensus) continue;
     // THEN where it says that it has found the tanker, it has
     EXPECT_LT(worst_px(out.T_c_k), 3.5) << "seed " << seed;
@@ -97,6 +98,7 @@ TEST_F(AlignTest, SeesNoTankerInClutterAlone) {
     ASSERT_TRUE(aligner.predict(Time{1}, &nav));
     Alignment out;
     aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
     found += out.consensus ? 1 : 0;
   }
   RecordProperty("false_consensus_of_60", found);
@@ -110,6 +112,7 @@ TEST_F(AlignTest, GoesOnWithoutNavigationFromThePoseOfEarlierFrames) {
     see(moved(Vec3::Zero(), Vec3(0, 0.004 * k, -0.003 * k)), 10, 100, static_cast<std::uint64_t>(k + 1));
     ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, k < 5 ? &nav : nullptr));
     aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
     ASSERT_TRUE(out.consensus) << "frame " << k;
     EXPECT_LT(worst_px(out.T_c_k), 2.5) << "frame " << k;
   }
@@ -130,6 +133,7 @@ TEST_F(AlignTest, SaysThatNavigationContradictsThePicture) {
     if (k >= 10) state.T_r_k = moved(Vec3::Zero(), Vec3(0, 3, 0));  // 20 sigma to the right
     ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, &state));
     aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
     ASSERT_TRUE(out.consensus) << k;
     EXPECT_LT(worst_px(out.T_c_k), 2.0) << k;
     if (k >= 10) EXPECT_GT(out.nav_disagreement, 50.0);
@@ -160,6 +164,7 @@ TEST_F(AlignTest, LearnsWhichFeatureIsNoCorner) {
     corners->items[3].uv_px += Vec2(1.5, 0);
     ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, &nav));
     aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
   }
   EXPECT_GT(aligner.corner_variance_px2(3), 0.6);
   EXPECT_LT(aligner.corner_variance_px2(0), 0.3);

@@ -233,7 +233,7 @@ TEST(Associate, ConfigurationRefusesAnUnknownGateAndAnEpsilonOfZero) {
   for (const char* text : {"[associate]\ngate = \"square\"\n", "[associate]\nepsilon_px = 0.0\n", "[associate]\ngates = 3\n"}) {
     auto file = ConfigFile::parse(text, "profile").value();
     auto table = file.root().table("associate");
-    (void)AssociateConfig::read(table);
+    (void)AssociateConfig::read(table, {});
     EXPECT_FALSE(file.finish().ok()) << text;
   }
 }

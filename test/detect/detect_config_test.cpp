@@ -8,7 +8,7 @@ namespace {
 TEST(DetectConfig, ModeChoosesTheDefaultsOfTheOtherKeys) {
   auto file = ConfigFile::parse("[detect]\nmode = \"thesis\"\nnms_radius_px = 4\n", "a.toml").value();
   auto table = file.root().table("detect");
-  const auto config = DetectConfig::read(table).value();
+  const auto config = DetectConfig::read(table, {}).value();
   EXPECT_TRUE(file.finish().ok());
   EXPECT_EQ(config.mode, DetectMode::kThesis);
   EXPECT_EQ(config.nms_radius_px, 4);
@@ -20,7 +20,7 @@ TEST(DetectConfig, ModeChoosesTheDefaultsOfTheOtherKeys) {
 TEST(DetectConfig, RefusesAnEvenWindow) {
   auto file = ConfigFile::parse("[detect]\ngaussian_size = 8\n", "a.toml").value();
   auto table = file.root().table("detect");
-  (void)DetectConfig::read(table);
+  (void)DetectConfig::read(table, {});
   EXPECT_EQ(file.finish().error().message(), "a.toml:2: detect.gaussian_size: is 8, expected an odd number");
 }
 

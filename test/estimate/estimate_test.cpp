@@ -136,7 +136,7 @@ TEST(Estimate, GivesNothingForAnInvalidState) {
 TEST(Estimate, ConfigurationNamesAValueOutOfRange) {
   auto file = ConfigFile::parse("[estimate]\nuse_normals = false\nfocal_sigma = 0.5\n", "profile").value();
   auto table = file.root().table("estimate");
-  ASSERT_TRUE(EstimateConfig::read(table).ok());
+  ASSERT_TRUE(EstimateConfig::read(table, {}).ok());
   const auto done = file.finish();
   ASSERT_FALSE(done.ok());
   EXPECT_NE(done.error().message().find("focal_sigma"), std::string::npos);

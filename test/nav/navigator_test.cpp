@@ -141,7 +141,7 @@ TEST(NavConfig, NamesTheKeyTheValueAndTheRange) {
     auto file = ConfigFile::parse(c.text, "profile.toml");
     ASSERT_TRUE(file.ok());
     auto nav = file->root().table("nav");
-    const auto config = NavConfig::read(nav);
+    const auto config = NavConfig::read(nav, {});
     ASSERT_FALSE(config.ok()) << c.text;
     EXPECT_NE(config.error().message().find(c.want), std::string::npos) << config.error().message();
   }
@@ -153,7 +153,7 @@ TEST(NavConfig, ReadsEveryKeyAndLeavesTheRestAtTheirDefaults) {
   ASSERT_TRUE(file.ok());
   auto nav = file->root().table("nav");
   auto tspi = file->root().table("tspi");
-  const auto config = NavConfig::read(nav);
+  const auto config = NavConfig::read(nav, {});
   const auto rig = NavRig::read(tspi);
   ASSERT_TRUE(config.ok() && rig.ok() && file->finish().ok());
   EXPECT_EQ(config->max_wait_ms, 40);

@@ -162,7 +162,7 @@ TEST(Measure, IntegrityIsOneWhenAllIsWellAndFallsWithMissesInconsistencyAndFewFe
 TEST(Measure, ConfigurationNamesAnUnknownKey) {
   auto file = ConfigFile::parse("[publish]\nmax_nis = 13.8\nnis = 3\n", "profile").value();
   auto table = file.root().table("publish");
-  EXPECT_DOUBLE_EQ(PublishConfig::read(table).value().max_nis, 13.8);
+  EXPECT_DOUBLE_EQ(PublishConfig::read(table, {}).value().max_nis, 13.8);
   ASSERT_FALSE(file.finish().ok());
   EXPECT_NE(file.finish().error().message().find("unknown key"), std::string::npos);
 }

@@ -193,7 +193,7 @@ TEST(SegmentConfig, RequiresRoomForGateBorderAndSuppression) {
 TEST(SegmentConfig, LinkFollowsTheBufferUnlessGiven) {
   auto file = ConfigFile::parse("[segment]\nbuffer_px = 40\n", "a.toml").value();
   auto table = file.root().table("segment");
-  const auto config = SegmentConfig::read(table).value();
+  const auto config = SegmentConfig::read(table, {}).value();
   EXPECT_EQ(config.buffer_px, 40);
   EXPECT_EQ(config.link_px, 81);
   EXPECT_TRUE(file.finish().ok());

@@ -27,17 +27,31 @@ TEST(Profile, TheDefaultFileSaysWhatIsBuiltIn) {
   EXPECT_EQ(file->segment, built_in.segment);
   EXPECT_EQ(file->detect, built_in.detect);
   EXPECT_EQ(file->align, built_in.align);
+  EXPECT_EQ(file->edge, built_in.edge);
+  EXPECT_EQ(file->patch, built_in.patch);
   EXPECT_EQ(file->associate, built_in.associate);
   EXPECT_EQ(file->track, built_in.track);
   EXPECT_EQ(file->publish, built_in.publish);
 }
 
-TEST(Profile, AnEmptyFileGivesTheDefaultsOfTheStages) {
-  // GIVEN no key at all THEN the stages' own defaults count, not the built-in profile, and their buffer is wide enough
+TEST(Profile, AKeyLeftOutIsTheBuiltInProfiles) {
+  // GIVEN one key of one table THEN that key changes and nothing else
   test::TempDir dir;
-  const auto p = load_text(dir, "");
+  const auto p = load_text(dir, "[detect]\nnms_radius_px = 4\n");
   ASSERT_TRUE(p.ok()) << p.error().message();
-  EXPECT_EQ(p->segment, SegmentConfig{});
+  Profile expected;
+  expected.detect.nms_radius_px = 4;
+  EXPECT_EQ(p->detect, expected.detect);
+  EXPECT_EQ(p->segment, expected.segment);
+  EXPECT_EQ(p->associate, expected.associate);
+  EXPECT_EQ(p->publish, expected.publish);
+}
+
+TEST(Profile, TheModeOfTheThesisBringsItsOwnDefaults) {
+  test::TempDir dir;
+  const auto p = load_text(dir, "[detect]\nmode = \"thesis\"\n");
+  ASSERT_TRUE(p.ok()) << p.error().message();
+  EXPECT_EQ(p->detect, DetectConfig::thesis());
 }
 
 TEST(Profile, TheOneOf2007IsTheThesis) {

@@ -14,6 +14,8 @@ grep -q "pictures from the cache" "$work/two.log" || fail "another seed of navig
 cmp -s "$work/one/messages.lcm" "$work/two/messages.lcm" && fail "another seed says the same"
 cache=cache2 fly 4 again --seed 1 --threads 1 || fail "the first once more, without its cache"
 for f in frames.lcm messages.lcm rig.toml figures.json; do cmp -s "$work/one/$f" "$work/again/$f" || fail "$f differs with another number of threads"; done
+for i in 1 2 3; do fly 12 par$i --seed $i --picture-seed 7 & done; wait
+[ "$(cat "$work"/par?.log | grep -c rendered)" = 1 ] && [ "$work/par1/frames.lcm" -ef "$work/par3/frames.lcm" ] || fail "three at a time did not share one rendering"
 fly 4 true --navigation true && grep -q "projection error 0.00 px" "$work/true.log" || fail "true navigation has errors"
 "$b/bin/cyclops-offline" "$work/true" --quiet >/dev/null || fail "the service cannot fly it"
 fly 4 one && fail "a flight was written over"

@@ -267,7 +267,7 @@ TEST(Tracker, ShowsTheTracksAsAssociationSawThemAfterTheUpdate) {
 TEST(Tracker, ConfigurationRefusesUnstableGains) {
   auto file = ConfigFile::parse("[track]\nalpha = 1.0\nbeta = 2.0\n", "profile").value();
   auto table = file.root().table("track");
-  ASSERT_TRUE(TrackConfig::read(table).ok());
+  ASSERT_TRUE(TrackConfig::read(table, {}).ok());
   const auto done = file.finish();
   ASSERT_FALSE(done.ok());
   EXPECT_NE(done.error().message().find("unstable"), std::string::npos);
@@ -276,7 +276,7 @@ TEST(Tracker, ConfigurationRefusesUnstableGains) {
 TEST(Tracker, ConfigurationReadsTheThesisProfile) {
   auto file = ConfigFile::parse("[track]\nfilter = \"zoh\"\nblending = \"nav-wins\"\nfirst_hit_takes_corner = false\n", "profile").value();
   auto table = file.root().table("track");
-  const auto config = TrackConfig::read(table).value();
+  const auto config = TrackConfig::read(table, {}).value();
   ASSERT_TRUE(file.finish().ok());
   EXPECT_EQ(config.filter, Filter::kZoh);
   EXPECT_EQ(config.blending, Blending::kNavWins);

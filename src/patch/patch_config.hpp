@@ -1,0 +1,23 @@
+#pragma once
+/// Table "patch" of a profile.
+#include "base/config.hpp"
+
+namespace cyclops {
+
+struct PatchConfig {
+  bool enabled{true};
+  int half_px{8};                 ///< a patch is 2 half + 1 pixels square
+  double least_correlation{0.8};  ///< normalised cross-correlation of a match
+  double search_sigmas{2.5};      ///< half width of the search, in sigmas of the aligned prediction, but at most
+  double search_most_px{4};
+  double view_deg{6};             ///< a view turned further than this is looked at anew
+  double scale{1.2};              ///< or nearer, or further, by this factor
+  double anchor_floor_px{0.2};    ///< 1 sigma of a patch about its feature, however long it has been watched
+  double sigma_most_px{0.8};      ///< a match is used when its larger 1 sigma is below this
+
+  /// `table` is [patch]; range errors are collected there.
+  [[nodiscard]] static Result<PatchConfig> read(ConfigTable& table, PatchConfig absent);  ///< `absent`: values of keys left out
+  bool operator==(const PatchConfig&) const = default;
+};
+
+}  // namespace cyclops
