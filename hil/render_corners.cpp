@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hil/mesh_builder.hpp"
+
 namespace cyclops::hil {
 namespace {
 
@@ -180,6 +182,7 @@ std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double rang
   constexpr int kSide = 6;
   const double span = 0.5 * intrinsics.width / intrinsics.fx_px * range_m, half = 0.26 * span / kSide;
   MeshBuilder b;
+  const std::uint16_t white = b.material({"white", 1.0F, 0, false});
   std::vector<Vec3> corners_m;
   for (int i = 0; i < kSide; ++i)
     for (int j = 0; j < kSide; ++j) {
@@ -191,7 +194,7 @@ std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double rang
         corners_m.push_back(p[k]);
         p[k] /= 0.0254;
       }
-      b.quad(p[0], p[1], p[2], p[3], 1.0);
+      b.quad(p[0], p[1], p[2], p[3], white);
     }
   Look look;
   look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
