@@ -124,6 +124,10 @@ FRAMES ?= 600
 run: all ## fly a scenario through the whole rig (SCENARIO, PROFILE, FRAMES; 0: all frames); report in build/run/
 	@hil/run.sh $(B) $(SCENARIO) $(PROFILE) $(FRAMES)
 
+.PHONY: corners
+corners: $(B)/bin/cyclops-render ## rendered against projected corners, measured by a fit that knows no camera
+	@$(B)/bin/cyclops-render --corners
+
 FLIGHT ?=
 .PHONY: flights flights-verify flights-page thesis-table
 flights: $(B)/bin/cyclops-flight types ## fly every scenario into build/flights (FLIGHT=name: only that one); goes on where it was stopped

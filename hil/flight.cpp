@@ -181,7 +181,11 @@ Result<FlightReport> put_together(const FlightScene& scene, const Pictures& pict
   CYCLOPS_TRY(out.text("tanker.csv", *table));
   CYCLOPS_TRY(out.text("rig.toml", navigation.rig()));
   CYCLOPS_TRY(out.text("figures.json", figures.dump(1) + "\n"));
-  if (!scene.camera.windscreen().empty()) CYCLOPS_TRY(scene.camera.windscreen().save(out.path("windscreen.bin")));
+  if (!scene.camera.windscreen().empty()) {
+    auto said = said_windscreen(scene);
+    if (!said.ok()) return said.error();
+    CYCLOPS_TRY(said->save(out.path("windscreen.bin")));
+  }
   CYCLOPS_TRY(out.finish(flight_manifest(scene, options.source)));
   FlightReport report;
   report.projection_error_px = projection.mean_px();

@@ -1,5 +1,8 @@
 #include "hil/flight_rig.hpp"
 
+#include "hil/made_up_windscreen.hpp"
+#include "hil/noise.hpp"
+
 #include <numbers>
 #include <sstream>
 
@@ -50,6 +53,17 @@ FlightManifest flight_manifest(const FlightScene& scene, const std::string& sour
   m.last_frame_ns = scene.mid_ns(scene.scenario.frames - 1);
   m.has_truth = true;
   return m;
+}
+
+Result<Windscreen> said_windscreen(const FlightScene& scene) {
+  const Scenario& s = scene.scenario;
+  if (s.windscreen_sigma_px <= 0) return scene.camera.windscreen();
+  Calibration how;
+  how.sigma_px = s.windscreen_sigma_px;
+  how.parallax_mm = s.look.optics.windscreen_parallax_mm;
+  how.focal_px = s.camera.fx_px;
+  how.seed = key(static_cast<std::uint64_t>(s.navigation.seed), 0x91D);
+  return calibrated_windscreen(scene.camera.windscreen(), s.camera.width, s.camera.height, how);
 }
 
 }  // namespace cyclops::hil

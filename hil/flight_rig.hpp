@@ -17,4 +17,7 @@ struct ToldRig {
 [[nodiscard]] std::string rig_toml(const FlightScene& scene, const ToldRig& told);
 [[nodiscard]] FlightManifest flight_manifest(const FlightScene& scene, const std::string& source);
 
+/// The windscreen that the rig tells: the exact one, or what a calibration made of it.
+[[nodiscard]] Result<Windscreen> said_windscreen(const FlightScene& scene);
+
 }  // namespace cyclops::hil

@@ -32,7 +32,7 @@ struct OpticsLook {
   double blur_sigma_px{0.55};      ///< lens; 0: none
   double glare{0.012};             ///< share of light that is scattered in lens and windscreen; 0: none
   double vignette{0.6};            ///< 0: none, 1: cos^4
-  double windscreen_parallax_mm{0};  ///< sideways shift of rays at the picture's edge: the windscreen's shift depends on range by f * this / range
+  double windscreen_parallax_mm{0};  ///< sideways shift of rays, half of it at the middle of an edge: the shift on the picture is f times that over range
 };
 
 struct SensorLook {

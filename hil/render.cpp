@@ -17,7 +17,7 @@ constexpr double kFacing = 0.02;            // cosine above which a surface face
 constexpr double kGrazingCosine = 0.026;          // below this cosine, 1.5 deg, it hardly does
 constexpr double kBorder_px = 3;
 constexpr double kWidest = 1.4, kNarrowest = 16;  // f-numbers of the lens
-constexpr double kAim = 0.62;               // of full well: the brighter of horizon sky and half-lit white paint
+constexpr double kAim = 0.85;               // of full well: the brighter of horizon sky and half-lit white paint
 
 double set_by_hand(const Look& look, const Sky& sky) {
   double brightest = 0.7 * 0.78 / std::numbers::pi * (sky.sun_lx() * 0.55 + sky.irradiance({0, 0, -1}));

@@ -6,6 +6,7 @@
 #include <thread>
 #include <tuple>
 
+#include "hil/made_up_windscreen.hpp"
 #include "hil/render_rays.hpp"
 
 namespace cyclops::hil {
@@ -155,9 +156,8 @@ bool RayScene::free(const Vec3& from, const Vec3& to, double free_end_m) const {
 }
 
 Vec3 RayScene::start(const Vec2& raw) const {
-  const double x = 2 * (raw.x() + 0.5) / width_ - 1, y = 2 * (raw.y() + 0.5) / height_ - 1;
-  const double s = 0.5e-3 * look_.optics.windscreen_parallax_mm * (x * x + y * y);
-  return {s * x, s * y, 0};
+  const Vec2 aside = windscreen_parallax_m(raw, width_, height_, look_.optics.windscreen_parallax_mm);
+  return {aside.x(), aside.y(), 0};
 }
 
 }  // namespace cyclops::hil

@@ -159,13 +159,21 @@ std::optional<Vec2> wedge_apex(const std::vector<float>& image, int width, int h
   return std::nullopt;
 }
 
-std::vector<CornerError> feature_corners(const Camera& camera, const Renderer& renderer, const View& view, const TankerModel& model) {
-  std::vector<float> paint;
-  renderer.draw(view, Drawing::kPaint, paint);
+std::vector<CornerError> feature_corners(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const TankerModel& model, int zoom) {
+  Look look;
+  look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
+  const Renderer renderer(Camera(intrinsics, {}), mesh, look, 1);
   std::vector<CornerError> out;
   for (const FeatureTruth& t : renderer.truth(view, model)) {
     if (!t.visible || t.doubtful) continue;
-    if (const auto apex = wedge_apex(paint, camera.intrinsics().width, camera.intrinsics().height, t.raw_px)) out.push_back({t.id, (*apex - t.raw_px).norm()});
+    Intrinsics near = intrinsics;  // the same rays, `zoom` pixels in place of one, around the feature
+    near.width = near.height = 32;
+    near.fx_px *= zoom, near.fy_px *= zoom;
+    near.cx_px = 15.5 + zoom * (intrinsics.cx_px - t.raw_px.x());
+    near.cy_px = 15.5 + zoom * (intrinsics.cy_px - t.raw_px.y());
+    std::vector<float> paint;
+    Renderer(Camera(near, {}), mesh, look, 1).draw(view, Drawing::kPaint, paint);
+    if (const auto apex = wedge_apex(paint, near.width, near.height, {15.5, 15.5})) out.push_back({t.id, (*apex - Vec2(15.5, 15.5)).norm() / zoom});
   }
   return out;
 }
@@ -174,7 +182,7 @@ std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double rang
   constexpr int kSide = 6;
   const double span = 0.5 * intrinsics.width / intrinsics.fx_px * range_m, half = 0.26 * span / kSide;
   MeshBuilder b;
-  const std::uint16_t white = b.material({"white", 1, 0, true});
+  const std::uint16_t white = b.material({"white", 1.0F, 0, false});
   std::vector<Vec3> corners_m;
   for (int i = 0; i < kSide; ++i)
     for (int j = 0; j < kSide; ++j) {

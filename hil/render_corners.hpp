@@ -18,8 +18,9 @@ namespace cyclops::hil {
 [[nodiscard]] std::optional<Vec2> wedge_apex(const std::vector<float>& image, int width, int height, const Vec2& guess);
 
 struct CornerError { std::int32_t id; double px; };
-/// Visible features whose corner is a wedge.
-[[nodiscard]] std::vector<CornerError> feature_corners(const Camera& camera, const Renderer& renderer, const View& view, const TankerModel& model);
+/// Visible features whose corner is a wedge, drawn with `zoom` times the pixels: at the camera's own resolution a boot is as thin as a
+/// pixel and its corner cannot be told from that of the wing behind it. Errors in the camera's pixels. No lens distortion, no windscreen.
+[[nodiscard]] std::vector<CornerError> feature_corners(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const TankerModel& model, int zoom);
 /// 36 tilted squares, `range_m` away, over the middle half of the picture: all of their corners.
 [[nodiscard]] std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double range_m);
 /// A level formation: lens `range_ft` behind the tail tip at `elevation_deg`, tilted up by 16 deg.

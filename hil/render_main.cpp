@@ -34,13 +34,9 @@ void say(const char* what, double focal_mm, double range_ft, std::vector<CornerE
 void measure(const Mesh& mesh, const TankerModel& model) {
   for (const double focal : {12.5, 25.0})
     for (const double range : {300.0, 75.0, 35.0}) {
-      const Camera camera(lens(focal), {});
-      Look look;
-      look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
-      const Renderer renderer(camera, mesh, look, 1);
       std::vector<CornerError> features;
-      for (const double el : {-9.0, -15.0, -21.0})
-        for (const CornerError& e : feature_corners(camera, renderer, level_view(range, el), model)) features.push_back(e);
+      for (const double el : {-12.0, -18.0})
+        for (const CornerError& e : feature_corners(lens(focal), mesh, level_view(range, el), model, 8)) features.push_back(e);
       say("board", focal, range, board_corners(lens(focal), range * 0.3048));
       say("tanker", focal, range, features);
     }

@@ -122,10 +122,9 @@ void RayScene::mark(Frame& f) const {
     }
     if (u1 > 1e8 || u1 < 0 || v1 < 0 || u0 > width_ || v0 > height_) continue;
     touch(u0 - 2, v0 - 2, u1 + 2, v1 + 2);
-    const V3 n_n = f.R_n_m * axis;
-    double light = 0;  // the mean of the two sides' share that is seen: the blades' rear
+    const V3 n_n = f.R_n_m * (axis.dot(f.mid.eye_m - p.hub_m.cast<float>()) > 0 ? axis : V3(-axis));  // the side that is seen
     const double toward = static_cast<double>(n_n.cast<double>().dot(f.sky.to_sun_n()));
-    light = f.sky.irradiance(n_n.cast<double>()) + f.sky.sun_lx() * std::max(toward, 0.0);
+    const double light = f.sky.irradiance(n_n.cast<double>()) + f.sky.sun_lx() * std::max(toward, 0.0);
     f.discs.push_back({&p, uniform(key(seed_, 0xB1ADE + i, f.view.frame)) * 2 * std::numbers::pi, static_cast<int>(u0) - 2, static_cast<int>(v0) - 2, static_cast<int>(u1) + 2, static_cast<int>(v1) + 2, real_up, right,
                        static_cast<float>(light) * p.albedo / kPi});
   }

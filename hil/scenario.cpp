@@ -21,6 +21,7 @@ void read_camera(ConfigTable t, Scenario& s) {
   t.read_in("p2", -0.1, 0.1, s.camera.p2);
   t.read_in("k3", -1.0, 1.0, s.camera.k3);
   t.read_in("windscreen", 0.0, 10.0, s.windscreen);
+  t.read_in("windscreen_sigma_px", 0.0, 10.0, s.windscreen_sigma_px);
   t.read_in("frame_rate_hz", 1.0, 1000.0, s.frame_rate_hz);
   t.read_in("exposure_us", 1.0, 1e6, s.exposure_us);
   t.read_in("readout_ms", 0.1, 1000.0, s.readout_ms);

@@ -70,6 +70,7 @@ struct Scenario {
   Intrinsics camera{};
   double frame_rate_hz{30}, exposure_us{4000}, tick_drift_ppm{20}, readout_ms{8};
   double windscreen{0};                    ///< size of the made-up windscreen, hil/made_up_windscreen.hpp; 0: none
+  double windscreen_sigma_px{0};           ///< above 0: the rig gets a calibration with this error in place of the exact matrices
   MountAngles mount{0, 0.27925268031909273, 0};
   Vec3 lens_in_receiver_m{2.4, 0, -0.6};
   Vec3 nose_from_lens_m{2.286, 0, 0.457};  ///< receiver body: the lens is 90 in aft of the nose and 18 in above

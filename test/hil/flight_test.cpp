@@ -126,6 +126,20 @@ TEST(GeneratedFlight, LeavesFeaturesAtTheBorderOutOfScoring) {
   EXPECT_LT((cut[10].uv_px - full[10].uv_px).norm(), 0.01);
 }
 
+TEST(MadeUpWindscreen, ItsCalibrationIsNearlyRightAndNotRight) {
+  const auto w = made_up_windscreen(1024, 1024, 1).value();
+  const auto measured = calibrated_windscreen(w, 1024, 1024, {.sigma_px = 0.5}).value();
+  double mean = 0, most = 0;
+  for (int i = 0; i < 32; ++i)
+    for (int j = 0; j < 32; ++j) {
+      const double error = (w.delta({32.0 * j, 32.0 * i}) - measured.delta({32.0 * j, 32.0 * i})).norm();
+      mean += error / 1024, most = std::max(most, error);
+    }
+  EXPECT_GT(mean, 0.2);
+  EXPECT_LT(mean, 1);
+  EXPECT_LT(most, 3);
+}
+
 TEST(MadeUpWindscreen, ShiftsByAboutAPixelAndCanBeUndone) {
   const auto w = made_up_windscreen(1024, 1024, 1).value();
   double mean = 0, most = 0, back = 0;

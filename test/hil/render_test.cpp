@@ -51,6 +51,12 @@ TEST(Render, CornersOfTiltedBoardsLieWithinATenthOfAPixelOfTheirProjection) {
   EXPECT_LT(std::sqrt(sum / static_cast<double>(all.size())), 0.05);
 }
 
+TEST(Render, CornersOfTheTankerLieWithinATenthOfAPixelOfTheirFeatures) {
+  const auto all = feature_corners({}, c12_mesh(tanker()).value(), level_view(75, -15), tanker(), 8);
+  EXPECT_GE(all.size(), 8U);
+  EXPECT_LT(worst(all), 0.1);
+}
+
 TEST(Render, CornersStayWhereALensThatBendsPutsThem) {
   Intrinsics k = small_camera(512, 400);
   k.k1 = -0.15;
