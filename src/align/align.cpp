@@ -57,6 +57,7 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("min_evidence", 0.0, 1e3, c.min_evidence);
   t.read_in("min_margin", 0.0, 1e3, c.min_margin);
   t.read_in("min_inliers", 2, 64, c.min_inliers);
+  t.read_in("min_support", 0.0, 1.0, c.min_support);
   t.read_in("inlier_px", 0.1, 50.0, c.inlier_px);
   t.read_in("robust_scale", 0.5, 20.0, c.robust_scale);
   t.read_in("common_px", 0.0, 10.0, c.common_px);
@@ -409,7 +410,7 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
     s.used = prior;
     s.refine(prior, best.d, out);
     const auto needed = static_cast<std::uint32_t>(std::max(2, s.config.min_inliers - (out.considered < 7 ? 1 : 0)));
-    out.consensus = out.inliers >= needed && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
+    out.consensus = out.inliers >= needed && out.inliers >= s.config.min_support * out.considered && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
     if (s.nav.valid) {
       const Vec6 gap = difference(s.nav.T, out.T_c_k);
       out.nav_disagreement = gap.dot((s.nav.P + out.covariance).ldlt().solve(gap));
