@@ -118,8 +118,27 @@ $(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(call objects,test/support.cpp) $(
 -include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(MAINS) test/support.cpp))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
-run: all ## fly the embedded flight through the whole rig; report in build/run/
-	@hil/run.sh $(B)
+SCENARIO ?= config/scenarios/s1.toml
+PROFILE ?= -
+FRAMES ?= 600
+run: all ## fly a scenario through the whole rig (SCENARIO, PROFILE, FRAMES; 0: all frames); report in build/run/
+	@hil/run.sh $(B) $(SCENARIO) $(PROFILE) $(FRAMES)
+
+.PHONY: corners
+corners: $(B)/bin/cyclops-render ## rendered against projected corners, measured by a fit that knows no camera
+	@$(B)/bin/cyclops-render --corners
+
+FLIGHT ?=
+.PHONY: flights flights-verify flights-page thesis-table
+flights: $(B)/bin/cyclops-flight types ## fly every scenario into build/flights (FLIGHT=name: only that one); goes on where it was stopped
+	@/usr/bin/python3 tools/flights.py make $(B) $(FLIGHT)
+flights-verify: ## are the flights of build/flights still what was made?
+	@/usr/bin/python3 tools/flights.py verify
+flights-page: types ## one page with pictures and figures of build/flights (PAGE=--video adds videos)
+	@/usr/bin/python3 tools/flights_page.py $(PAGE)
+thesis-table: all ## the thesis' results beside ours over S1 to S4; flies what is missing
+	@/usr/bin/python3 tools/flights.py make $(B) s1 s2 s3 s4
+	@/usr/bin/python3 tools/thesis_table.py $(B)
 
 check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
 	@test/check.sh $(B)
@@ -156,7 +175,7 @@ install: all ## into DESTDIR/PREFIX
 	@install -m 755 $(PROGRAMS) $(DESTDIR)$(PREFIX)/bin
 	@cp -r config lcmtypes $(DESTDIR)$(PREFIX)/share/cyclops
 	@install -m 644 $(GEN)/cyclops-types.jar $(DESTDIR)$(PREFIX)/share/cyclops
-	@install -m 755 tools/spy.sh tools/report.py $(DESTDIR)$(PREFIX)/share/cyclops
+	@install -m 755 tools/spy.sh tools/report.py tools/event_log.py $(DESTDIR)$(PREFIX)/share/cyclops
 	@install -m 644 README.md LICENSE CHANGELOG.md docs/*.md $(DESTDIR)$(PREFIX)/share/doc/cyclops
 layers: ## is the include direction of src/ true?
 	@test/layers.sh

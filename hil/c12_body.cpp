@@ -1,4 +1,4 @@
-// Fuselage, fin, nacelles and what hangs below the belly.
+// Fuselage, nacelles and what hangs below the belly.
 #include <cmath>
 #include <numbers>
 
@@ -7,140 +7,142 @@
 namespace cyclops::hil::c12 {
 namespace {
 
+using Ring = MeshBuilder::Ring;
 constexpr double kPi = std::numbers::pi;
 
-struct Ring {
-  double x, half_width, bottom, top;
+/// A cross-section: |y/w|^n + |z/h|^n = 1 about its middle. n = 2 is an ellipse; fuselages are a little squarer.
+struct Station {
+  double x, half_width, bottom, top, exponent{2.25};
 };
 
-/// Point of a ring at an angle from +y towards +z.
-Vec3 on_ring(const Ring& r, double centre_y, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  return {r.x, centre_y + r.half_width * c, 0.5 * (r.top + r.bottom) + 0.5 * (r.top - r.bottom) * s};
+Vec3 on_station(const Station& s, double centre_y, double angle) {
+  const auto power = [&](double c) { return std::copysign(std::pow(std::fabs(c), 2 / s.exponent), c); };
+  return {s.x, centre_y + s.half_width * power(std::cos(angle)), 0.5 * (s.top + s.bottom) + 0.5 * (s.top - s.bottom) * power(std::sin(angle))};
 }
 
-constexpr Ring kFuselage[] = {
-    {14.2, 0.3, 97.6, 98.4}, {20, 7, 90, 106},       {32, 13, 85.5, 113},      {50, 18.5, 82.5, 119},    {75, 23.5, 80.4, 124},
-    {98, 26.8, 79.4, 131},   {120, 28.8, 78.9, 146}, {140, 29.5, 78.7, 150.2}, {200, 29.5, 78.7, 150.2}, {260, 29.5, 78.7, 150.2},
-    {311, 29.4, 78.72, 150}, {345, 27.8, 81, 148.6}, {380, 24, 86, 146},       {415, 19.4, 92.5, 142},   {450, 14, 100, 137.5},
-    {480, 9.2, 107, 133.5},  {500, 6, 112.5, 130.5}, {511, 4, 117, 129},       {511, 0.2, 122.9, 123.1}};
-
-MeshBuilder::Rows rings(const Ring* r, std::size_t n, double centre_y, const std::vector<double>& angles) {
-  MeshBuilder::Rows rows;
-  for (std::size_t i = 0; i < n; ++i) {
-    rows.emplace_back();
-    for (double a : angles) rows.back().push_back(on_ring(r[i], centre_y, a));
-  }
-  return rows;
+Ring ring_of(const Station& s, double centre_y, int n) {
+  Ring ring;
+  for (int k = 0; k < n; ++k) ring.push_back(on_station(s, centre_y, 2 * kPi * k / n));
+  return ring;
 }
 
-/// Half of a symmetric body of diamond section between two tips on the centreline.
-void add_bullet(MeshBuilder& out, const Vec3& fore, const Vec3& aft) {
-  const double length = aft.x() - fore.x();
-  const double shape[] = {0, 0.08, 0.25, 0.5, 0.75, 0.92, 1}, radius[] = {0, 2.0, 4.1, 4.8, 3.9, 1.9, 0};
-  MeshBuilder::Rows rows;
-  for (int i = 0; i < 7; ++i) {
-    rows.emplace_back();
-    for (int k = 0; k <= 16; ++k) {
-      const double a = 2 * kPi * (k % 16) / 16;
-      rows.back().push_back(i == 0 ? fore : i == 6 ? aft : fore + Vec3(shape[i] * length, radius[i] * std::cos(a), radius[i] * std::sin(a)));
-    }
-  }
-  out.grid(rows, [](auto, auto) { return kWhite; }, true);
+constexpr Station kFuselage[] = {
+    {14.2, 0.3, 97.6, 98.4, 2}, {16, 3.2, 94, 102, 2},   {20, 6.6, 90.5, 106, 2}, {32, 12.5, 85.8, 112.5, 2}, {50, 18.2, 82.5, 118}, {75, 23.5, 80.4, 122.5}, {98, 26.8, 79.4, 128},
+    {104, 27.3, 79.2, 132},     {122, 28.9, 78.9, 147.5}, {140, 29.5, 78.7, 150.2}, {170, 29.5, 78.7, 150.2},   {200, 29.5, 78.7, 150.2}, {230, 29.5, 78.7, 150.2},
+    {260, 29.5, 78.7, 150.2},   {290, 29.45, 78.7, 150.1}, {311, 29.3, 78.72, 149.8}, {330, 28.4, 79.7, 149}, {352, 26.8, 82, 147.6}, {380, 23.9, 86.2, 145.2},
+    {405, 20.5, 90.6, 142.6},   {430, 16.9, 95.4, 139.8}, {450, 13.8, 99.9, 137.2}, {470, 10.7, 104.6, 134.6}, {488, 7.9, 109.2, 132}, {500, 6, 112.8, 130.4}, {511, 4.2, 117, 128.6}};
+constexpr int kAround = 64;
+
+/// Flat disc that stands a quarter inch proud of a skin.
+void add_disc(MeshBuilder& out, const Vec3& centre, const Vec3& outwards, double radius, double tall, std::uint16_t m) {
+  const Vec3 n = outwards.normalized(), a = n.cross(Vec3::UnitX()).normalized(), b = a.cross(n);
+  Ring ring;
+  for (int k = 0; k < 14; ++k) ring.push_back(centre - 0.6 * n + radius * (tall * std::cos(2 * kPi * k / 14) * a + std::sin(2 * kPi * k / 14) * b));
+  out.prism(ring, 0.85 * n, m, m);
 }
 
-/// A plate standing on the plane of symmetry: profile points x, z at mid chord thicker by `half`.
-void add_plate(MeshBuilder& out, const Vec3& le_low, const Vec3& te_low, const Vec3& te_high, const Vec3& le_high, double half, double albedo) {
-  const Vec3 low = le_low + 0.4 * (te_low - le_low), high = le_high + 0.4 * (te_high - le_high);
-  for (double side : {-1.0, 1.0}) {
-    const Vec3 y(0, side * half, 0);
-    out.quad(le_low, low + y, high + y, le_high, albedo);
-    out.quad(low + y, te_low, te_high, high + y, albedo);
-  }
+Station fuselage_at(double x) {
+  std::size_t i = 0;
+  while (i + 2 < std::size(kFuselage) && kFuselage[i + 1].x < x) ++i;
+  const Station &a = kFuselage[i], &b = kFuselage[i + 1];
+  const double t = (x - a.x) / (b.x - a.x);
+  return {x, a.half_width + t * (b.half_width - a.half_width), a.bottom + t * (b.bottom - a.bottom), a.top + t * (b.top - a.top), a.exponent};
 }
 
-/// A blade antenna: tapers to one edge all round, so that its corners are single points.
-void add_blade(MeshBuilder& out, const std::vector<Vec3>& outline, double half, double albedo) {
-  Vec3 middle = Vec3::Zero();
-  for (const Vec3& p : outline) middle += p / static_cast<double>(outline.size());
-  for (double side : {-1.0, 1.0})
-    for (std::size_t i = 0; i < outline.size(); ++i) out.triangle(outline[i], outline[(i + 1) % outline.size()], middle + Vec3(0, side * half, 0), albedo);
+/// The belly between the wings, wider than the fuselage: it fairs the roots in and ends behind the flaps.
+void add_belly_fairing(MeshBuilder& out, const Paint& paint) {
+  const Station stations[] = {{138, 16, 79.4, 92, 3}, {146, 25, 78.9, 97, 3.5}, {160, 30.2, 78.6, 101, 4}, {175, 31, 78.4, 103, 4}, {226, 31, 78.4, 103, 4},
+                              {244, 30.8, 78.5, 101, 4}, {262, 29.4, 78.7, 98, 3.5}, {280, 26, 79.2, 94, 3}, {296, 18, 79.9, 88, 3}, {304, 8, 80.4, 84, 3}};
+  std::vector<Ring> rings;
+  for (const Station& s : stations) rings.push_back(ring_of(s, 0, 40));
+  out.loft(rings, paint.white);
 }
 
 }  // namespace
 
-void add_fuselage(MeshBuilder& out) {
-  std::vector<double> angles;
-  for (int k = 0; k <= 48; ++k) angles.push_back(2 * kPi * (k % 48) / 48);
-  constexpr std::size_t n = std::size(kFuselage);
-  out.grid(rings(kFuselage, n, 0, angles), [&](std::size_t i, std::size_t j) {
-    const double x = 0.5 * (kFuselage[i].x + kFuselage[std::min(i + 1, n - 1)].x);
-    const bool high = j >= 5 && j < 19;
-    if (x > 100 && x < 130 && high && (j < 11 || j > 12)) return 0.06;           // windows of the cockpit
-    if (x > 145 && x < 400 && (j == 1 || j == 22)) return kGrey;                 // cheat line
-    return kWhite;
-  }, true);
-}
-
-void add_fin(MeshBuilder& out, const Points& f) {
-  add_plate(out, {408, 0, 142}, {521, 0, 124}, {507, 0, 209}, {462, 0, 209}, 3.4, kWhite);
-  add_plate(out, {350, 0, 147}, {430, 0, 139}, {430, 0, 165}, {408, 0, 150}, 1.2, kWhite);       // dorsal fillet
-  add_plate(out, {425, 0, 96}, {495, 0, 112}, {500, 0, 97}, {452, 0, 95}, 1.0, kWhite);          // ventral fin
-  add_bullet(out, f.at(6), f.at(2));
-  for (int id : {5, 12}) {  // VOR blades: horizontal plates, one edge all round
-    const Vec3 p = f.at(id);
-    const double s = p.y() > 0 ? 1 : -1;
-    out.fan({p, p + Vec3(-6.5, 0, 0), p + Vec3(-14, -s * 13.5, 0), p + Vec3(2, -s * 13.5, 0)}, kBlack);
+void add_fuselage(MeshBuilder& out, const Paint& paint) {
+  std::vector<Ring> rings;
+  for (const Station& s : kFuselage) rings.push_back(ring_of(s, 0, kAround));
+  out.loft(rings, [&](std::size_t i, std::size_t j) {
+    const double x = 0.5 * (kFuselage[i].x + kFuselage[i + 1].x);
+    const double around = std::fabs(static_cast<double>(j) + 0.5 - kAround / 4.0);  // cells from the crown
+    if (x > 104 && x < 122 && around < 12 && around > 0.6) return paint.glass;
+    if (x > 60 && around > 15 && around < 17) return paint.grey;                     // trim line
+    return x > 60 && around > 17 && around < 18 ? paint.black : paint.white;
+  }, paint.white);
+  add_belly_fairing(out, paint);
+  for (double side : {1.0, -1.0}) {
+    out.side(side);
+    for (double x : {152.0, 184.0, 216.0, 248.0, 280.0}) {
+      const Vec3 p = on_station(fuselage_at(x), 0, 0.30);
+      add_disc(out, p, {0, 1, 0.28}, 6.2, 1.15, paint.glass);
+    }
+    for (double x : {386.0, 391.0}) add_disc(out, on_station(fuselage_at(x), 0, -0.35), {0.13, 1, -0.4}, 0.7, 1, paint.small);  // static ports
   }
-  const Vec3 light = f.at(14);  // lamp of diamond section; its lowest corner is the feature
-  const std::vector<Vec3> rim{light, light + Vec3(0, 2.2, 3.4), light + Vec3(0, 0, 6.8), light + Vec3(0, -2.2, 3.4)};
-  out.prism(rim, {-8, 0, 0}, kGrey);
-  out.fan(rim, 0.9);
+  out.side(1);
 }
 
-void add_nacelle(MeshBuilder& out, const Points& f, double side) {
+void add_nacelle(MeshBuilder& out, const Paint& paint, const Points& f) {
   const Vec3 corner = f.at(29);
-  const double zc = 92.2, dy = corner.y() - 103, dz = corner.z() - zc, radius = std::hypot(dy, dz);
-  const double theta = std::atan2(dz, dy);  // below the horizon: negative
-  const auto ring = [](double x, double z, double r) { return Ring{x, r, z - r, z + r}; };
-  const Ring rs[] = {ring(104, 104.75, 0.2), ring(110, 104.75, 5),   ring(119, 104.75, 8.5), ring(121, 104, 12.5), ring(128, 102.5, 17),
-                     ring(150, 101, 19),     ring(186, 99.5, 19),    ring(210, 96.5, 17.2),  ring(corner.x(), zc, radius), ring(250, 90, 7.5), ring(262, 89, 0.2)};
-  std::vector<double> angles;
-  for (int k = 0; k <= 12; ++k) angles.push_back(theta + (kPi - 2 * theta) * k / 12);             // over the top, white
-  for (int k = 1; k <= 8; ++k) angles.push_back(kPi - theta + (kPi + 2 * theta) * k / 8);         // below, black panel
-  auto rows = rings(rs, std::size(rs), 103, angles);
-  rows[8].front() = rows[8].back() = corner;
-  for (auto& row : rows) {
-    row.back() = row.front();
-    for (Vec3& p : row) p.y() *= side;
+  const double y = 103, zc = 92.2, radius = std::hypot(corner.y() - y, corner.z() - zc), theta = std::atan2(corner.z() - zc, corner.y() - y);  // below the horizon: negative
+  const auto round = [](double x, double z, double w, double h) { return Station{x, w, z - h, z + h, 2}; };
+  const Station stations[] = {round(120.5, 104, 10.5, 11), round(123, 103.7, 13.2, 13.8), round(130, 103, 15.4, 16.6), round(142, 101.8, 17, 18.6), round(156, 100.6, 17.8, 19.6),
+                              round(172, 99.2, 17.9, 19.2), round(186, 97.9, 17.4, 18.2), round(202, 96.1, 16.2, 16.6), round(218, 94.2, 14.6, 14.8), round(corner.x(), zc, radius, radius),
+                              round(246, 91, 10.2, 10.9), round(258, 90, 7.6, 9.2), round(269, 89.4, 4.9, 7.4), round(279, 89, 2.4, 5.6), round(286, 88.8, 0.6, 4.2)};
+  constexpr int kOver = 22, kUnder = 14;
+  std::vector<Ring> rings;
+  for (const Station& s : stations) {
+    Ring ring;
+    for (int k = 0; k < kOver; ++k) ring.push_back(on_station(s, y, theta + (kPi - 2 * theta) * k / kOver));       // over the top, white
+    for (int k = 0; k < kUnder; ++k) ring.push_back(on_station(s, y, kPi - theta + (kPi + 2 * theta) * k / kUnder));  // below
+    if (s.x == corner.x()) ring[0] = corner;
+    rings.push_back(ring);
   }
-  out.grid(rows, [](std::size_t i, std::size_t j) {
-    if (i <= 1) return kMetal;
-    return i >= 6 && i <= 7 && j >= 12 ? kBlack : kWhite;
-  }, true);
-  // The outboard exhaust: a short tube, its end a dark octagon with one corner at the feature; the inboard one mirrors it.
+  out.loft(rings, [&](std::size_t i, std::size_t j) {
+    const double x = stations[i].x;
+    if (x < 123) return paint.metal;                                          // lip of the cowling
+    if (j >= kOver && x >= 186 && x < corner.x()) return paint.black;         // panel stained by the exhaust
+    const bool door = j == kOver + 3 || j == kOver + kUnder / 2 || j + 4 == kOver + kUnder;  // hinges and seam of the wheel-well doors
+    return door && x >= 142 && x < 186 ? paint.grey : paint.white;
+  }, paint.white);
+  const Station spinner[] = {round(102.5, 104.75, 0.3, 0.3), round(104, 104.75, 2.6, 2.6), round(108, 104.75, 5.2, 5.2), round(113, 104.75, 7.2, 7.2), round(119, 104.75, 8.3, 8.3), round(120.8, 104.75, 8.3, 8.3)};
+  std::vector<Ring> cone;
+  for (const Station& s : spinner) cone.push_back(ring_of(s, y, 20));
+  out.loft(cone, paint.metal);
+  out.propeller({{116.5, y, 104.75}, -Vec3::UnitX(), 49.25, 8.3, 3, 8.5, 1700, 0.1F});
+  // Two exhaust stacks; the lower outboard lip of the outboard one is the feature, the inboard one mirrors it.
   const Vec3 lip = f.at(21);
-  const double away = std::atan2(-0.838, 0.546);
-  const Vec3 centre = lip - 3.4 * Vec3(0, std::cos(away), std::sin(away));
-  std::vector<Vec3> end;
-  for (int k = 0; k < 8; ++k) end.push_back(k == 0 ? lip : centre + 3.4 * Vec3(0, std::cos(away + k * kPi / 4), std::sin(away + k * kPi / 4)));
+  constexpr double kPipe_in = 3.4, kAway = -0.993;  // direction of the lip from the pipe's middle
+  const Vec3 centre = lip - kPipe_in * Vec3(0, std::cos(kAway), std::sin(kAway));
   for (double stack : {1.0, -1.0}) {
-    std::vector<Vec3> rim = end;
-    for (Vec3& p : rim) p.y() = side * (103 + stack * (p.y() - 103));
-    out.prism(rim, {-15, -side * stack * 6, 1}, kMetal);
-    out.fan(rim, kBlack);
+    std::vector<Ring> pipe;
+    for (double t : {1.0, 0.55, 0.0}) {
+      Ring ring;
+      for (int k = 0; k < 12; ++k) {
+        const Vec3 rim = k == 0 ? lip : centre + kPipe_in * Vec3(0, std::cos(kAway + k * kPi / 6), std::sin(kAway + k * kPi / 6));
+        const Vec3 p = rim + Vec3(-22 * t, -8 * t * t, 1.5 * t);
+        ring.emplace_back(p.x(), y + stack * (p.y() - y), p.z());
+      }
+      pipe.push_back(ring);
+    }
+    out.loft(pipe, [&](auto, auto) { return paint.metal; }, paint.gap);
   }
 }
 
-void add_belly(MeshBuilder& out, const Points& f) {
+void add_belly(MeshBuilder& out, const Paint& paint, const Points& f) {
   const Vec3 black = f.at(31), guard = f.at(35), vhf = f.at(37), vent = f.at(38);
-  add_blade(out, {black, black + Vec3(-6, 0, 15), black + Vec3(8, 0, 15), black + Vec3(5.5, 0, 0)}, 0.5, kBlack);
+  out.prism({black, black + Vec3(-7, 0, 15.5), black + Vec3(9, 0, 15.5), black + Vec3(6, 0, 0.4)}, {0, -1.3, 0}, paint.small, paint.small);
   // Guard against stones: a wedge, its lower forward outboard corner the feature.
-  out.prism({guard, guard + Vec3(9, 0, 0.6), guard + Vec3(9, 0, 6), guard + Vec3(-3, 0, 6)}, {0, 6, 0}, kBlack);
+  out.prism({guard, guard + Vec3(9, 0, 0.6), guard + Vec3(9, 0, 6), guard + Vec3(-3, 0, 6)}, {0, 8, 0}, paint.black, paint.black);
   const double w = 2 * vhf.y();
-  out.prism({vhf, vhf + Vec3(-1, 0, -11), vhf + Vec3(-7, 0, -11), vhf + Vec3(-14, 0, 0), vhf + Vec3(-14, 0, 3), vhf + Vec3(0, 0, 3)}, {0, -w, 0}, kWhite * 0.9);
-  out.box(vent, vent + Vec3(9, -3.2, 5), kBlack);
-  add_blade(out, {{188, -8, 70}, {184, -8, 80}, {196, -8, 80}, {193, -8, 70}}, 0.5, kBlack);
+  const Ring blade{vhf, vhf + Vec3(-1.5, 0, -11), vhf + Vec3(-8, 0, -11), vhf + Vec3(-15, 0, 0), vhf + Vec3(-15, 0, 3), vhf + Vec3(0, 0, 3)};
+  out.prism(blade, {0, -w, 0}, paint.pale, paint.pale);
+  out.prism({vent, vent + Vec3(9, 0, 1.2), vent + Vec3(9, 0, 6.5), vent + Vec3(0, 0, 5)}, {0, -3.6, 0}, paint.small, paint.small);
+  // Clutter that is no feature: another blade, a drain mast, a marker antenna and a beacon.
+  out.lens({{186, -7, 69}, {181, -7, 80}, {196, -7, 80}, {192, -7, 69}}, {0, 0.8, 0}, paint.pale);
+  out.lens({{276, 6, 74}, {273, 6, 80}, {280, 6, 80}, {278.5, 6, 74}}, {0, 0.5, 0}, paint.small);
+  out.lens({{262, -9, 78.2}, {262, 9, 78.2}, {266, 9, 78.2}, {266, -9, 78.2}}, {0, 0, 0.6}, paint.pale);
+  add_disc(out, {333, 0, 79.4}, -Vec3::UnitZ(), 2.4, 1, paint.lamp);
 }
 
 }  // namespace cyclops::hil::c12
@@ -153,14 +155,17 @@ Result<Mesh> c12_mesh(const TankerModel& model) {
   for (int id = 1; id <= 38; ++id)
     if (points.count(id) == 0) return make_error(ErrorCode::kNotFound, "tanker model", "has no feature " + std::to_string(id) + ", expected 1 to 38 of the C-12");
   MeshBuilder out;
+  const c12::Paint paint(out);
   for (double side : {1.0, -1.0}) {
-    c12::add_wing(out, points, side);
-    c12::add_stabiliser(out, points, side);
-    c12::add_nacelle(out, points, side);
+    out.side(side);
+    c12::add_wing(out, paint, points);
+    c12::add_stabiliser(out, paint, points);
+    c12::add_nacelle(out, paint, points);
   }
-  c12::add_fuselage(out);
-  c12::add_fin(out, points);
-  c12::add_belly(out, points);
+  out.side(1);
+  c12::add_fuselage(out, paint);
+  c12::add_fin(out, paint, points);
+  c12::add_belly(out, paint, points);
   return out.mesh();
 }
 

@@ -1,171 +1,203 @@
-// Wings and stabiliser: grids whose lines follow boots, hinges and gaps, so that painted corners are vertices.
+// Wings and stabiliser: closed sections whose points follow boots, hinges and gaps, so that painted corners are vertices.
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "hil/c12_shape.hpp"
 
 namespace cyclops::hil::c12 {
 namespace {
 
+using Ring = MeshBuilder::Ring;
+
 /// The line through two features as a function of y.
 Vec3 on_line(const Vec3& a, const Vec3& b, double y) { return a + (b - a) * ((y - a.y()) / (b.y() - a.y())); }
+Vec3 mix(const Vec3& a, const Vec3& b, double t) { return a + (b - a) * t; }
 
-/// z of a point exact at a feature, elsewhere what `model` says.
-struct WingPlan {
-  static double chord(double y) { return y <= 103 ? 85.75 - y * (3.73 / 103) : 82.02 - (y - 103) * (46.395 / 224); }
+/// Half thickness of a NACA four-digit section at chord fraction s, of full thickness 1 (Abbott and von Doenhoff 1959, 6.4).
+double half_thickness(double s) { return 5 * (0.2969 * std::sqrt(s) - 0.126 * s - 0.3516 * s * s + 0.2843 * s * s * s - 0.1036 * s * s * s * s); }
+
+/// From the leading edge to where the lower skin begins: a quarter of an ellipse, both ends left out.
+void add_nose(Ring& ring, const Vec3& le, const Vec3& skin) {
+  for (double deg : {22.0, 45.0, 68.0}) {
+    const double a = deg * std::numbers::pi / 180;
+    ring.emplace_back(skin.x() - (skin.x() - le.x()) * std::cos(a), le.y(), le.z() + (skin.z() - le.z()) * std::sin(a));
+  }
+}
+
+constexpr double kBreak_in = 103, kFlapEnd_in = 200, kGap_in = 0.9;
+
+struct WingPlan {  // chords: config/c12/README.md
+  static double chord(double y) { return y <= kBreak_in ? 85.75 - y * (3.73 / 103) : 82.02 - (y - 103) * (46.395 / 224); }
   static double leading(double y) { return 188.83 - 0.25 * chord(y); }
   static double thickness(double y) { return (0.18 - 0.06 * y / 327) * chord(y); }
 };
 
-/// Lower surface of the wing along chord fraction s: boot line, hinge line and trailing edge go through features.
-class WingLower {
+/// Section of the wing: boot line, hinge line and trailing edge go through features.
+class Wing {
  public:
-  explicit WingLower(const Points& f) : f_(f) {}
-  [[nodiscard]] Vec3 leading(double y) const { return {WingPlan::leading(y), y, boot(y).z() + 0.36 * WingPlan::thickness(y)}; }
+  enum : std::size_t { kLe = 0, kSkin = 4, kBoot = 5, kFore = 8, kAft = 9, kTe = 11, kUpperAft = 13, kUpperFore = 14, kUpperBoot = 17, kCount = 21 };
+  explicit Wing(const Points& f) : f_(f) {}
+
   [[nodiscard]] Vec3 boot(double y) const {
+    const double at = flat(y);
     const Vec3 &a = f_.at(32), &b = f_.at(20), &c = f_.at(16);
-    return y <= b.y() ? on_line(a, b, y) : on_line(b, c, y);
+    Vec3 p = at <= b.y() ? on_line(a, b, at) : on_line(b, c, at);
+    p.y() = y;
+    return p;
   }
-  /// Aft side of the gap before flap (y up to 199.5) and aileron.
   [[nodiscard]] Vec3 hinge(double y) const {
-    Vec3 p = on_line(f_.at(30), f_.at(17), y);
-    const double share = y < 200 ? 0.69 : 0.78;
-    p.x() = WingPlan::leading(y) + share * WingPlan::chord(y) + 0.9;
-    if (y == f_.at(30).y()) p = f_.at(30);
-    if (y == f_.at(17).y()) p = f_.at(17);
+    Vec3 p = on_line(f_.at(30), f_.at(17), flat(y));
+    p.x() = WingPlan::leading(y) + (y < kFlapEnd_in ? 0.69 : 0.78) * WingPlan::chord(y) + kGap_in;
+    p.y() = y;
+    for (int id : {30, 17})
+      if (y == f_.at(id).y()) p = f_.at(id);
     return p;
   }
   [[nodiscard]] Vec3 trailing(double y) const {
-    Vec3 p = on_line(f_.at(19), f_.at(15), y);
-    p.x() = WingPlan::leading(y) + WingPlan::chord(y) + (y < 200 ? 1.2 : 0);
-    if (y == f_.at(19).y()) p = f_.at(19);
-    if (y == f_.at(15).y()) p = f_.at(15);
+    Vec3 p = on_line(f_.at(19), f_.at(15), flat(y));
+    p.x() = WingPlan::leading(y) + WingPlan::chord(y) + (y < kFlapEnd_in ? 1.2 : 0);
+    p.y() = y;
+    for (int id : {19, 15})
+      if (y == f_.at(id).y()) p = f_.at(id);
     return p;
+  }
+  [[nodiscard]] Vec3 leading(double y) const { return {WingPlan::leading(y), y, boot(y).z() + 0.36 * WingPlan::thickness(y)}; }
+
+  [[nodiscard]] Ring section(double y) const {
+    const Vec3 le = leading(y), edge = boot(y), aft = hinge(y), te = trailing(y), fore = aft - Vec3(kGap_in, 0, 0);
+    const double chord = WingPlan::chord(y), t = WingPlan::thickness(y);
+    // Under the boot the skin is nearly flat, so that the boot's aft edge can be seen from behind; the nose is blunt.
+    Vec3 skin = le + Vec3(0.05 * chord, 0, 0);
+    skin.z() = edge.z() + 0.02 * (edge.x() - skin.x());
+    Ring ring{le};
+    add_nose(ring, le, skin);
+    for (const Vec3& p : {skin, edge, mix(edge, fore, 0.33), mix(edge, fore, 0.66), fore, aft, mix(aft, te, 0.5), te}) ring.push_back(p);
+    const auto top = [&](double s) {
+      Vec3 p = mix(le, te, s);
+      p.z() += 1.12 * half_thickness(s) * t;
+      return p;
+    };
+    const double hinge_share = (aft.x() - le.x()) / (te.x() - le.x()), boot_share = 0.7 * (edge.x() - le.x()) / (te.x() - le.x());
+    for (double s : {0.5 * (1 + hinge_share), hinge_share, hinge_share - kGap_in / chord, 0.5, 0.3, boot_share, 0.045, 0.015, 0.004}) ring.push_back(top(s));
+    return ring;
   }
 
  private:
+  /// Between the wing roots the belly is flat.
+  [[nodiscard]] double flat(double y) const { return std::max(y, f_.at(30).y() - 3); }
   const Points& f_;
 };
 
-Vec3 mix(const Vec3& a, const Vec3& b, double t) { return a + (b - a) * t; }
-
-std::vector<Vec3> lower_column(const WingLower& w, double y) {
-  const Vec3 le = w.leading(y), boot = w.boot(y), aft = w.hinge(y), te = w.trailing(y);
-  const Vec3 fore = aft - Vec3(0.9, 0, 0);
-  // Under the boot the skin is nearly flat, so that the boot's aft edge can be seen from behind; the nose is blunt.
-  Vec3 nose = le + Vec3(0.02 * WingPlan::chord(y), 0, 0);
-  nose.z() = boot.z() + (0.092 - 0.026 * y / 316) * (boot.x() - nose.x());
-  return {le, nose, boot, mix(boot, fore, 0.33), mix(boot, fore, 0.66), fore, aft, mix(aft, te, 0.5), te};
-}
-
-std::vector<Vec3> upper_column(const WingLower& w, double y) {
-  const Vec3 le = w.leading(y), te = w.trailing(y);
-  const double t = WingPlan::thickness(y);
-  const auto at = [&](double s, double rise) {
-    Vec3 p = mix(le, te, s);
-    p.z() += rise * t;
-    return p;
-  };
-  return {le, at(0.04, 0.24), at(0.1, 0.4), at(0.25, 0.56), at(0.45, 0.53), at(0.7, 0.33), te};
-}
-
-void add_mirrored(MeshBuilder& out, MeshBuilder::Rows rows, double side, const MeshBuilder::CellAlbedo& albedo, bool smooth) {
-  for (auto& row : rows)
-    for (Vec3& p : row) p.y() *= side;
-  out.grid(rows, albedo, smooth);
-}
-
-void add_tip(MeshBuilder& out, const std::vector<Vec3>& low, const std::vector<Vec3>& high, double side) {
-  const double y = 327;
-  const Vec3 a(WingPlan::leading(y) + 5, y, low.front().z() + 1.6), b(WingPlan::leading(y) + 24, y, low.back().z() + 1.4);
-  const auto strip = [&](const std::vector<Vec3>& edge) {
-    for (std::size_t i = 0; i + 1 < edge.size(); ++i) {
-      const double s = static_cast<double>(i) / static_cast<double>(edge.size() - 1), t = static_cast<double>(i + 1) / static_cast<double>(edge.size() - 1);
-      out.quad(mirrored(edge[i], side), mirrored(edge[i + 1], side), mirrored(mix(a, b, t), side), mirrored(mix(a, b, s), side), kWhite);
+void add_tip_cap(MeshBuilder& out, const Paint& paint, const Wing& w, double y_end) {
+  // It ends ahead of the aileron, whose outboard corner therefore stands free.
+  const Vec3 le = w.leading(y_end);
+  struct Station { double y, x0, x1, thick, rise; };
+  const Station stations[] = {{y_end + 3, 0.8, 24.5, 3.3, 0.4}, {y_end + 4.5, 1.6, 24.2, 3.1, 0.55}, {y_end + 6.5, 3.6, 23.6, 2.5, 0.8}, {y_end + 8.1, 6.5, 22.4, 1.6, 1.0}, {y_end + 8.9, 10, 20.5, 0.7, 1.1}};
+  std::vector<Ring> rings;
+  for (const Station& s : stations) {
+    Ring ring;
+    for (int k = 0; k < 16; ++k) {
+      const double a = 2 * std::numbers::pi * k / 16, c = std::cos(a);
+      ring.emplace_back(le.x() + 0.5 * (s.x0 + s.x1) - 0.5 * (s.x1 - s.x0) * c, s.y, le.z() - 0.25 + s.rise + 0.5 * s.thick * std::sin(a));
     }
-  };
-  strip(low);
-  strip(high);
+    rings.push_back(ring);
+  }
+  out.loft(rings, paint.white);
+}
+
+void add_flap_track(MeshBuilder& out, const Paint& paint, const Wing& w, double y) {
+  const Vec3 a = w.hinge(y), b = w.trailing(y);
+  const Vec3 p = mix(a, b, -0.35), q = mix(a, b, 0.05), r = mix(a, b, 0.75);
+  out.prism({p - Vec3(0, 0.6, -0.4), q - Vec3(0, 0.6, 1.9), r - Vec3(0, 0.6, 0.9), r - Vec3(0, 0.6, -0.6)}, {0, 1.2, 0}, paint.pale, paint.pale);
+}
+
+/// The end of the aileron is raked: ahead of its trailing edge the wing reaches further out, so that the corner stays blunt
+/// when it is seen from behind the fuselage.
+Ring raked(Ring ring) {
+  constexpr double kRake = 0.3, kUpTo_in = 14, kDihedral = 0.122;
+  const double te = ring[Wing::kTe].x();
+  for (Vec3& p : ring) {
+    const double out = kRake * std::min(te - p.x(), kUpTo_in);
+    p += Vec3(0, out, kDihedral * out);
+  }
+  return ring;
 }
 
 }  // namespace
 
-void add_wing(MeshBuilder& out, const Points& f, double side) {
-  const WingLower w(f);
-  const std::vector<double> ys{0, 31.5, f.at(30).y(), f.at(32).y(), 60, 85, 103, f.at(20).y(), 160, f.at(19).y(), f.at(17).y(), 240, 280, 315, f.at(16).y(), f.at(15).y()};
-  MeshBuilder::Rows low, high;
-  for (double y : ys) {
-    low.push_back(lower_column(w, y));
-    high.push_back(upper_column(w, y));
-  }
-  const auto booted = [&](std::size_t i) { return (ys[i] >= 34 && ys[i + 1] <= 85) || (ys[i] >= 125 && ys[i + 1] <= 316); };
-  add_mirrored(out, low, side, [&](std::size_t i, std::size_t j) {
-    if (j <= 1) return booted(i) ? kBlack : kWhite;
-    const bool between = ys[i] >= 199 && ys[i + 1] <= 201, root = ys[i] == 31.5;
-    if (j == 5 && ys[i] >= 31 && ys[i + 1] <= 316) return kGap;
-    if (j >= 6 && (between || root || ys[i] == 315)) return kGap;
-    return kWhite;
-  }, false);
-  add_mirrored(out, high, side, [&](std::size_t i, std::size_t j) { return j <= 1 && booted(i) ? kBlack : kWhite; }, false);
-  add_tip(out, low.back(), high.back(), side);
-  const Vec3 tip = f.at(18);  // a fuel drain: a small pyramid that stands on its point
-  const double z = tip.z() + 2.7;
-  const Vec3 base[4] = {{tip.x() - 1.5, tip.y() - 0.8, z}, {tip.x() + 0.8, tip.y() - 0.8, z}, {tip.x() + 0.8, tip.y() + 0.8, z}, {tip.x() - 1.5, tip.y() + 0.8, z}};
-  for (int i = 0; i < 4; ++i) out.triangle(mirrored(base[i], side), mirrored(base[(i + 1) % 4], side), mirrored(tip, side), kMetal);
+void add_wing(MeshBuilder& out, const Paint& paint, const Points& f) {
+  const Wing w(f);
+  const double root = f.at(30).y(), boot_root = f.at(32).y(), boot_mid = f.at(20).y(), flap = f.at(19).y(), aileron = f.at(17).y(), boot_tip = f.at(16).y(), tip = f.at(15).y();
+  const std::vector<double> ys{10, root - 3, root - kGap_in, root, boot_root, 48, 66, 84, 103, boot_mid, 145, 165, 183, flap, aileron, 220, 242, 262, 282, 300, boot_tip, tip};
+  std::vector<Ring> rings;
+  for (double y : ys) rings.push_back(y == tip ? raked(w.section(y)) : w.section(y));
+  out.loft(rings, [&](std::size_t i, std::size_t j) {
+    const double y0 = ys[i], y1 = ys[i + 1];
+    const bool booted = (y0 >= boot_root && y1 <= 84) || (y0 >= boot_mid && y1 <= boot_tip);
+    if (booted && (j < Wing::kBoot || j >= Wing::kUpperBoot)) return paint.boot;
+    if ((j == Wing::kFore || j == Wing::kUpperAft) && y0 >= root - 1) return paint.gap;
+    const bool aft = j >= Wing::kAft && j < Wing::kUpperAft, strip = y1 == root || y0 == flap;
+    return aft && strip ? paint.gap : paint.white;
+  }, paint.white);
+  add_tip_cap(out, paint, w, tip);
+  for (double y : {62.0, 158.0}) add_flap_track(out, paint, w, y);
+  const Vec3 drain = f.at(18);  // a fuel drain: a small pyramid that stands on its point
+  const double z = drain.z() + 2.9;
+  out.loft({{{drain.x() - 1.8, drain.y() - 0.9, z}, {drain.x() + 0.9, drain.y() - 0.9, z}, {drain.x() + 0.9, drain.y() + 0.9, z}, {drain.x() - 1.8, drain.y() + 0.9, z}}, Ring(4, drain)}, paint.small);
 }
 
 namespace {
 
-struct StabPlan {
-  const Points& f;
-  [[nodiscard]] double trailing(double y) const { return on_line(f.at(7), f.at(10), y).x(); }
-  [[nodiscard]] double chord(double y) const { return y == f.at(1).y() ? (trailing(y) - f.at(1).x()) / 0.65 : (trailing(y) - on_line(f.at(11), f.at(13), y).x()) / 0.915; }
-  [[nodiscard]] double depth(double s, double y) const { return (s < 0.05 ? 0.0247 : s < 0.3 ? 0.0349 : s < 0.5 ? 0.04713 : 0.034) * chord(y); }
-  [[nodiscard]] Vec3 at(double s, double y, double dx = 0) const {
-    const double c = chord(y);
-    if (s >= 1) return {trailing(y), y, 211};
-    if (s <= 0) return {trailing(y) - c, y, 211};
-    return {trailing(y) - c * (1 - s) + dx, y, 211 - depth(s, y)};
+class Stabiliser {
+ public:
+  enum : std::size_t { kBoot = 5, kHorn = 6, kHinge = 8, kTe = 10 };
+  explicit Stabiliser(const Points& f) : f_(f) {}
+  [[nodiscard]] double trailing(double y) const { return on_line(f_.at(7), f_.at(10), y).x(); }
+  [[nodiscard]] double chord(double y) const { return (trailing(y) - on_line(f_.at(11), f_.at(13), y).x()) / 0.915; }
+  [[nodiscard]] Ring section(double y, double end = 1) const {
+    const double c = chord(y), le = trailing(y) - c;
+    const auto at = [&](double s, double depth, double dx = 0) { return Vec3(le + s * c + dx, y, kPlane_in - depth * c); };
+    Ring lower{at(0, 0)};
+    add_nose(lower, at(0, 0), at(0.03, 0.0319));
+    for (const Vec3& p : {at(0.03, 0.0319), at(0.085, 0.0349), at(0.35, 0.0471), at(0.35, 0.0471, 0.8), at(0.716, 0.034, -0.4)}) lower.push_back(p);
+    if (end >= 1) for (const Vec3& p : {at(0.716, 0.034, 0.4), Vec3(trailing(y), y, kPlane_in)}) lower.push_back(p);
+    for (Vec3& p : lower)
+      for (int id : {1, 7, 10, 11, 13})
+        if ((p - f_.at(id)).norm() < 0.02) p = f_.at(id);
+    Ring ring = lower;
+    for (std::size_t k = lower.size() - (end >= 1 ? 1 : 0); k-- > 1;) ring.emplace_back(lower[k].x(), y, 2 * kPlane_in - lower[k].z());
+    return ring;
   }
+
+ private:
+  static constexpr double kPlane_in = 211;
+  const Points& f_;
 };
 
-/// Bracket of an elevator hinge: a dark wedge below the hinge line; its outboard lower aft corner is the feature.
-void add_bracket(MeshBuilder& out, const Vec3& p, double side) {
-  const std::vector<Vec3> outline{p, p + Vec3(0.5, 0, 2.4), p + Vec3(-5, 0, 2.4)};
-  out.prism(outline, {0, -1.2 * side, 0}, kBlack);
+/// Bracket of an elevator hinge: a dark block below the hinge line; its outboard lower aft corner is the feature.
+void add_bracket(MeshBuilder& out, const Paint& paint, const Vec3& p) {
+  out.prism({p, p + Vec3(0, 0, 3.2), p + Vec3(-8, 0, 3.2), p + Vec3(-6, 0, 0.2)}, {0, -1.7, 0}, paint.small, paint.small);
 }
 
 }  // namespace
 
-void add_stabiliser(MeshBuilder& out, const Points& f, double side) {
-  const StabPlan s{f};
-  const std::vector<double> ys{0, f.at(7).y(), f.at(11).y(), 26, 60, 99.2, 100, f.at(13).y(), f.at(1).y()};
-  MeshBuilder::Rows low, high;
-  for (double y : ys) {
-    std::vector<Vec3> column{s.at(0, y), s.at(0.02, y), s.at(0.085, y), s.at(0.35, y), s.at(0.35, y, 0.8), s.at(0.716, y, -0.4), s.at(0.716, y, 0.4), s.at(1, y)};
-    if (y == f.at(11).y()) column[2] = f.at(11);
-    if (y == f.at(13).y()) column[2] = f.at(13);
-    if (y == f.at(1).y()) column[3] = f.at(1);
-    if (y == f.at(7).y()) column.back() = f.at(7);
-    if (y == f.at(1).y()) column.back() = f.at(10);
-    low.push_back(column);
-    for (Vec3& p : column) p.z() = 422 - p.z();
-    high.push_back(column);
-  }
-  const auto paint = [&](std::size_t i, std::size_t j) {
-    const bool horn = ys[i] >= 100;
-    if (ys[i] < 7 && j >= 6) return -1.0;  // the elevators end beside the bullet
-    if (j <= 1) return ys[i] >= 9 && ys[i + 1] <= 104 ? kBlack : kWhite;
-    if (j == 3 && ys[i] >= 99) return kGap;
-    if (ys[i] == 99.2 && (j == 4 || j == 5)) return kGap;
-    if (j == 5 && !horn) return kGap;
-    return kWhite;
-  };
-  add_mirrored(out, low, side, paint, false);
-  add_mirrored(out, high, side, paint, false);
-  const std::size_t last = low.size() - 1;
-  for (std::size_t j = 0; j + 1 < low[last].size(); ++j)
-    out.quad(mirrored(low[last][j], side), mirrored(low[last][j + 1], side), mirrored(high[last][j + 1], side), mirrored(high[last][j], side), kWhite);
-  for (int id : {8, 9}) add_bracket(out, mirrored(f.at(id), side), side);  // those of the left side are no features, but there
+void add_stabiliser(MeshBuilder& out, const Paint& paint, const Points& f) {
+  const Stabiliser s(f);
+  const double root = f.at(7).y(), boot_root = f.at(11).y(), boot_tip = f.at(13).y(), tip = f.at(1).y();
+  const std::vector<double> ys{root, boot_root, 26.6, 45, 65, 84.6, 99.2, 100, boot_tip, tip};
+  std::vector<Ring> rings;
+  for (double y : ys) rings.push_back(s.section(y));
+  const std::size_t n = rings.front().size();
+  out.loft(rings, [&](std::size_t i, std::size_t j) {
+    const std::size_t k = j < Stabiliser::kTe ? j : n - 1 - j;  // the upper side as the lower
+    if (k < Stabiliser::kBoot) return ys[i] >= boot_root && ys[i + 1] <= boot_tip ? paint.boot : paint.white;
+    if (k == Stabiliser::kHorn && ys[i] >= 99) return paint.gap;
+    if (ys[i] == 99.2 && (k == Stabiliser::kHorn + 1 || k == Stabiliser::kHinge)) return paint.gap;
+    return k == Stabiliser::kHinge && ys[i] < 100 ? paint.gap : paint.white;
+  }, paint.white);
+  out.loft({s.section(0.5, 0), s.section(root + 0.3, 0)}, paint.grey);   // carries through the bullet; the elevators do not
+  for (int id : {8, 9}) add_bracket(out, paint, f.at(id));              // those of the left side are no features, but there
 }
 
 }  // namespace cyclops::hil::c12

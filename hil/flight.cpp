@@ -1,286 +1,218 @@
 #include "hil/flight.hpp"
 
-#include <chrono>
-#include <cmath>
-#include <sstream>
-#include <thread>
+#include <filesystem>
+#include <numbers>
 
-#include <cyclops/frame_index_t.hpp>
-#include <cyclops/strobe_edge_t.hpp>
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 
 #include "base/file.hpp"
-#include "hil/made_up_windscreen.hpp"
-#include "hil/motion.hpp"
+#include "hil/flight_figures.hpp"
+#include "hil/flight_pictures.hpp"
+#include "hil/flight_rig.hpp"
+#include "hil/navigation_errors.hpp"
 #include "hil/noise.hpp"
+#include "hil/smooth.hpp"
 
 namespace cyclops::hil {
 namespace {
 
-constexpr std::int64_t kServiceStart_ns = 1'000'000'000'000;      // service clock at the flight's time 0: a host up for 1000 s
-constexpr std::int64_t kGpsStart_ns = 1'400'000'000'000'000'000;  // GPS time of the same instant
-constexpr std::int64_t kCameraStart_ns = 77'000'000'000;          // camera clock of the same instant
-constexpr double kFirstFrame_s = 0.5, kTail_s = 0.3;              // TSPI begins before the frames and goes on after them
-constexpr double kDeg = 3.14159265358979323846 / 180;
+constexpr double kDeg = std::numbers::pi / 180;
+constexpr double kCourseRate_hz = 4;
+constexpr double kMostCourse = 100;  // times the drawn errors
 
-std::int64_t ns(double s) { return static_cast<std::int64_t>(std::llround(s * 1e9)); }
+double interpolated(const std::vector<double>& at, const std::vector<double>& value, double x) {
+  if (x <= at.front()) return value.front();
+  for (std::size_t i = 1; i < at.size(); ++i)
+    if (x < at[i]) return value[i - 1] + (value[i] - value[i - 1]) * (x - at[i - 1]) / (at[i] - at[i - 1]);
+  return value.back();
+}
 
-class Maker {
+/// The half of a flight that a seed of navigation makes.
+class NavigationHalf {
  public:
-  Maker(const Scenario& s, const FlightOptions& options, TankerModel model, Mesh mesh, Windscreen windscreen)
-      : s_(s), options_(options), model_(std::move(model)), seed_(static_cast<std::uint64_t>(s.seed)), camera_(s.camera, std::move(windscreen)),
-        renderer_(camera_, std::move(mesh), s.look, key(seed_, 1)), motion_(s, key(seed_, 2)),
-        receiver_errors_(s, key(seed_, 3), samples()), tanker_errors_(s, key(seed_, 4), samples()),
-        nominal_(camera_from_receiver(s.mount)) {
-    for (int i = 0; i < 3; ++i) boresight_[i] = s.boresight_error_deg * kDeg * normal(key(seed_, 5, static_cast<std::uint64_t>(i)));
-  }
-
-  Result<FlightReport> run() {
-    report_.error_scale = fitted_scale();
-    report_.projection_error_px = error_px(report_.error_scale);
-    auto created = FlightWriter::create(options_.out, options_.replace);
-    if (!created.ok()) return created.error();
-    FlightWriter out = std::move(created).value();
-    say_navigation();
-    CYCLOPS_TRY(say_frames(out));
-    CYCLOPS_TRY(queue_.write(out));
-    auto table = read_file(s_.tanker);
-    if (!table.ok()) return table.error();
-    CYCLOPS_TRY(out.text("tanker.csv", *table));
-    CYCLOPS_TRY(out.text("rig.toml", rig_toml()));
-    if (!camera_.windscreen().empty()) CYCLOPS_TRY(camera_.windscreen().save(out.path("windscreen.bin")));
-    CYCLOPS_TRY(out.finish(manifest()));
-    return report_;
-  }
-
- private:
-  [[nodiscard]] std::size_t samples() const {
-    return static_cast<std::size_t>((start_s(s_.frames) + kTail_s + (s_.tspi_latency_ms + s_.tspi_latency_jitter_ms) * 1e-3) * s_.tspi_rate_hz) + 1;
-  }
-  /// Start of an exposure. The camera keeps its rate by its own clock.
-  [[nodiscard]] double start_s(int i) const { return kFirstFrame_s + i / s_.frame_rate_hz / (1 + s_.tick_drift_ppm * 1e-6); }
-  [[nodiscard]] double mid_s(int i) const { return start_s(i) + 0.5e-6 * s_.exposure_us; }
-  [[nodiscard]] double sample_s(std::size_t k) const { return static_cast<double>(k) / s_.tspi_rate_hz; }
-
-  /// `scale` of the boresight error: 0 gives the mount that the rig file tells.
-  [[nodiscard]] Pose<frame::C, frame::M> camera_from_model(const Pose<frame::R, frame::K>& T_r_k, double scale) const {
-    const Rotation<frame::C, frame::R> R_c_r = Rotation<frame::C, frame::C>(so3_exp(scale * boresight_)) * nominal_;
-    const Pose<frame::C, frame::R> T_c_r(R_c_r, Point<frame::C>(-R_c_r.rotate(s_.lens_in_receiver_m)));
-    const Mat3 flip = Eigen::DiagonalMatrix<double, 3>(-1, 1, -1);
-    const Pose<frame::K, frame::M> T_k_m(Rotation<frame::K, frame::M>(flip), model_.body_from_model(Point<frame::M>()));
-    return T_c_r * T_r_k * T_k_m;
-  }
-
-  [[nodiscard]] View view(int i) const {
-    const AircraftState r = motion_.receiver(mid_s(i)), k = motion_.tanker(mid_s(i));
-    View v;
-    v.T_c_m = camera_from_model(relative(r, k), report_.error_scale);
-    // camera_from_model of an identity pose turns model to camera; model to receiver body is the flip.
-    const Mat3 flip = Eigen::DiagonalMatrix<double, 3>(-1, 1, -1);
-    v.R_n_c = local_from_ecef(r.position_e).R_e_n.transpose() * r.R_e_b * flip * camera_from_model(Pose<frame::R, frame::K>(), report_.error_scale).rotation().matrix().transpose();
-    v.R_n_m = local_from_ecef(k.position_e).R_e_n.transpose() * k.R_e_b * flip;
-    v.frame = static_cast<std::uint64_t>(i);
-    return v;
-  }
-
-  /// Mean distance on the image between what navigation and rig say and the truth.
-  [[nodiscard]] double error_px(double scale) const {
-    double sum = 0;
-    int n = 0;
-    for (int i = 0; i < s_.frames; i += 5) {
-      const auto k = std::min(samples() - 1, static_cast<std::size_t>(std::lround(mid_s(i) * s_.tspi_rate_hz)));
-      const AircraftState r = motion_.receiver(sample_s(k)), t = motion_.tanker(sample_s(k));
-      const auto truth = camera_from_model(relative(r, t), scale);
-      const auto said = camera_from_model(relative(receiver_errors_.said(r, k, scale), tanker_errors_.said(t, k, scale)), 0);
-      for (const Feature& f : model_.features()) {
-        const auto a = camera_.project(truth * f.p_m), b = camera_.project(said * f.p_m);
-        if (!f.enabled || !a || !b) continue;
-        sum += (*a - *b).norm();
-        ++n;
-      }
+  explicit NavigationHalf(const FlightScene& scene)
+      : scene_(scene), n_(scene.scenario.navigation), seed_(key(static_cast<std::uint64_t>(n_.seed), 0x4E41)), errors_(n_, key(seed_, 3), samples()), told_{scene.true_place, n_.is_true ? 0 : n_.boresight_sigma_deg, {}} {
+    if (!n_.is_true) {
+      const auto drawn = [&](std::uint64_t what, double sigma) {
+        return Vec3(sigma * Vec3(normal(key(seed_, what, 0)), normal(key(seed_, what, 1)), normal(key(seed_, what, 2))));
+      };
+      told_.place.R_c_r = Rotation<frame::C, frame::C>(so3_exp(drawn(5, n_.boresight_sigma_deg * kDeg))) * told_.place.R_c_r;
+      told_.place.lens_in_receiver_m += drawn(6, n_.lever_arm_sigma_m);
+      told_.points.receiver_ins_from_tspi_m = drawn(7, n_.lever_arm_sigma_m);
+      told_.points.tanker_ins_from_tspi_m = drawn(8, n_.lever_arm_sigma_m);
     }
-    return n > 0 ? sum / n : 0;
+    told_.points.receiver_ins_from_tspi_m -= n_.receiver_point_m;
+    told_.points.tanker_ins_from_tspi_m -= n_.tanker_point_m;
+    if (!n_.error_px.empty() && !n_.is_true) errors_.set_course(fitted_course());
   }
 
-  [[nodiscard]] double fitted_scale() const {
-    double scale = 1;
-    if (s_.projection_error_px <= 0) return scale;
-    for (int pass = 0; pass < 4; ++pass) {
-      const double error = error_px(scale);
-      if (error <= 0) return 1;
-      scale *= s_.projection_error_px / error;
-    }
-    return scale;
-  }
+  [[nodiscard]] std::string rig() const { return rig_toml(scene_, told_); }
 
-  /// A message is never overtaken by a later one of its aircraft: they come over one link.
-  [[nodiscard]] std::int64_t tspi_arrival(std::uint64_t aircraft, std::size_t k, std::int64_t& last) const {
-    const double jitter = s_.tspi_latency_jitter_ms * (2 * uniform(key(seed_, 6 + aircraft, k)) - 1);
-    last = std::max(kServiceStart_ns + ns(sample_s(k) + (s_.tspi_latency_ms + jitter) * 1e-3), last + 20'000);
-    return last;
-  }
-
-  void say_navigation() {
-    std::int64_t last_receiver = 0, last_tanker = 0;
-    for (std::size_t k = 0; k < samples(); ++k) {
+  void say(ArrivalQueue& queue) const {
+    const std::size_t n = samples();
+    const Link receiver{n_.latency_ms, n_.latency_jitter_ms, 0, 0, 0, 0};
+    const Link tanker{n_.latency_ms + n_.link_latency_ms, n_.latency_jitter_ms, n_.dropouts_per_minute, n_.dropout_s, n_.duplicate_share, n_.swapped_share};
+    const auto own = arrivals(receiver, n_.rate_hz, kServiceStart_ns, n, key(seed_, 9)), linked = arrivals(tanker, n_.rate_hz, kServiceStart_ns, n, key(seed_, 10));
+    for (std::size_t k = 0; k < n; ++k) {
       const double t = sample_s(k);
-      const int seq = static_cast<int>(k);
-      queue_.add(tspi_arrival(0, k, last_receiver), "TSPI_RECEIVER", tspi_message(0, kGpsStart_ns + ns(t), seq, receiver_errors_.said(motion_.receiver(t), k, report_.error_scale)));
-      queue_.add(tspi_arrival(1, k, last_tanker), "TSPI_TANKER", tspi_message(1, kGpsStart_ns + ns(t), seq, tanker_errors_.said(motion_.tanker(t), k, report_.error_scale)));
+      const Said said = errors_.said(scene_.motion.receiver(t), scene_.motion.tanker(t), k);
+      for (std::int64_t at : own[k]) queue.add(at, "TSPI_RECEIVER", tspi_message(0, kGpsStart_ns + to_ns(t), static_cast<int>(k), said.receiver));
+      for (std::int64_t at : linked[k]) queue.add(at, "TSPI_TANKER", tspi_message(1, kGpsStart_ns + to_ns(t), static_cast<int>(k), said.tanker));
     }
-    for (int second = 0; second <= static_cast<int>(sample_s(samples() - 1)); ++second) {
+    for (int second = 0; second <= static_cast<int>(sample_s(n - 1)); ++second) {
       time_mark_t m{};
       m.service_time_ns = kServiceStart_ns + second * 1'000'000'000LL;
       m.gps_time_ns = kGpsStart_ns + second * 1'000'000'000LL;
       m.sigma_ns = 1000;
       m.source = time_mark_t::PPS;
-      queue_.add(m.service_time_ns, "TIME_MARK", m);
+      queue.add(m.service_time_ns, "TIME_MARK", m);
     }
   }
 
-  Result<> say_frames(FlightWriter& out) {
-    const int batch = std::max(1, options_.threads);
-    std::vector<std::vector<std::uint16_t>> pixels(static_cast<std::size_t>(batch));
-    std::vector<std::vector<FeatureTruth>> truths(pixels.size());
-    std::vector<double> spent_ms(pixels.size());
-    for (int first = 0; first < s_.frames; first += batch) {
-      const int n = std::min(batch, s_.frames - first);
-      const auto work = [&](int k) {
-        const auto begin = std::chrono::steady_clock::now();
-        const auto at = static_cast<std::size_t>(k);
-        const View v = view(first + k);
-        renderer_.render(v, pixels[at]);
-        truths[at] = renderer_.truth(v, model_);
-        spent_ms[at] = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-      };
-      std::vector<std::thread> others;
-      for (int k = 1; k < n; ++k) others.emplace_back(work, k);
-      work(0);
-      for (std::thread& t : others) t.join();
-      for (int k = 0; k < n; ++k) {
-        report_.render_ms += spent_ms[static_cast<std::size_t>(k)] / s_.frames;
-        CYCLOPS_TRY(say_frame(out, first + k, pixels[static_cast<std::size_t>(k)], truths[static_cast<std::size_t>(k)]));
-      }
-      if (options_.progress) options_.progress(first + n, s_.frames);
+  /// Features that truth calls visible, at the sample nearest to the frame.
+  void figure(const truth_t& truth, ProjectionFigures& out) const {
+    const auto k = nearest(static_cast<double>(truth.mid_exposure_ns - kServiceStart_ns) * 1e-9);
+    const AircraftState r = scene_.motion.receiver(sample_s(k)), t = scene_.motion.tanker(sample_s(k));
+    const auto real = scene_.camera_from_model(relative(r, t), scene_.true_place), said = projection(errors_.said(r, t, k));
+    for (const Feature& f : scene_.model.features()) {
+      bool visible = false;
+      for (std::size_t i = 0; i < truth.id.size(); ++i) visible |= truth.id[i] == f.id && truth.visible[i] == truth_t::VISIBLE;
+      if (!visible || !f.enabled) continue;
+      const auto a = scene_.camera.project(real * f.p_m), b = scene_.camera.project(said * f.p_m);
+      if (a && b) out.add(f.id, (*a - *b).norm());
     }
-    return Ok{};
+    out.end_frame();
   }
 
-  Result<> say_frame(FlightWriter& out, int i, const std::vector<std::uint16_t>& pixels, const std::vector<FeatureTruth>& truth) {
-    const std::int64_t start = ns(start_s(i)), exposure = ns(s_.exposure_us * 1e-6), arrival = kServiceStart_ns + start + exposure + ns(s_.readout_ms * 1e-3);
-    const std::int64_t id = i + 1;  // a camera counts from 1
-    FlightFrame frame;
-    frame.camera_frame_id = static_cast<std::uint64_t>(id);
-    frame.camera_tick_ns = kCameraStart_ns + ns(start_s(i) * (1 + s_.tick_drift_ppm * 1e-6));
-    frame.exposure = Duration{exposure};
-    frame.image = {reinterpret_cast<const std::uint8_t*>(pixels.data()), s_.camera.width, s_.camera.height, 2 * s_.camera.width, PixelFormat::kMono12};
-    auto number = out.frame(Time{arrival}, frame);
-    if (!number.ok()) return number.error();
-    strobe_edge_t edge{};
-    edge.service_time_ns = kServiceStart_ns + start;
-    edge.line_seq = id;
-    edge.edge = strobe_edge_t::RISING;
-    queue_.add(edge.service_time_ns, "STROBE", edge);
-    frame_index_t index{};
-    index.seq = id;
-    index.camera_frame_id = id;
-    index.mid_exposure_ns = kServiceStart_ns + start + exposure / 2;
-    index.camera_tick_ns = frame.camera_tick_ns;
-    index.arrival_ns = kServiceStart_ns + start + exposure + 1'000'000;
-    index.exposure_ns = exposure;
-    index.status = frame_index_t::COMPLETE;
-    index.time_source = frame_index_t::TIME_STROBE;
-    index.pixel_format = frame_index_t::MONO12;
-    index.width_px = static_cast<std::int16_t>(s_.camera.width);
-    index.height_px = static_cast<std::int16_t>(s_.camera.height);
-    index.recorded_in = "frames.lcm";
-    index.recorded_at = *number;
-    queue_.add(arrival, "FRAME", index);
-    say_truth(i, index.mid_exposure_ns, arrival, truth);
-    return Ok{};
+ private:
+  [[nodiscard]] double sample_s(std::size_t k) const { return static_cast<double>(k) / n_.rate_hz; }
+  [[nodiscard]] std::size_t samples() const {
+    return static_cast<std::size_t>((scene_.start_s(scene_.scenario.frames) + kTail_s + (n_.latency_ms + n_.link_latency_ms + n_.latency_jitter_ms) * 1e-3) * n_.rate_hz) + 1;
+  }
+  [[nodiscard]] std::size_t nearest(double t) const { return std::min(samples() - 1, static_cast<std::size_t>(std::lround(std::max(0.0, t * n_.rate_hz)))); }
+
+  /// The tanker where the service will put it: what is said, through the rig file.
+  [[nodiscard]] Pose<frame::C, frame::M> projection(const Said& said) const {
+    Said at_ins = said;
+    at_ins.receiver.position_e += said.receiver.R_e_b * told_.points.receiver_ins_from_tspi_m;
+    at_ins.tanker.position_e += said.tanker.R_e_b * told_.points.tanker_ins_from_tspi_m;
+    return scene_.camera_from_model(relative(at_ins.receiver, at_ins.tanker), told_.place);
   }
 
-  void say_truth(int i, std::int64_t mid_ns, std::int64_t arrival, const std::vector<FeatureTruth>& truth) {
-    const auto T_r_k = relative(motion_.receiver(mid_s(i)), motion_.tanker(mid_s(i)));
-    const Eigen::Quaterniond q = T_r_k.rotation().quaternion();
-    truth_t t{};
-    t.camera_frame_id = i + 1;
-    t.mid_exposure_ns = mid_ns;
-    t.has_pose = 1;
-    const double w[4] = {q.w(), q.x(), q.y(), q.z()};
-    std::copy(w, w + 4, t.q_r_k);
-    for (int a = 0; a < 3; ++a) t.t_r_k_m[a] = T_r_k.translation().xyz[a];
-    double moved = 0;
+  /// Mean over the features in the picture at one time; 0 when there is none.
+  [[nodiscard]] double error_px(std::size_t k, const AircraftState& r, const AircraftState& t, double scale) const {
+    const auto real = scene_.camera_from_model(relative(r, t), scene_.true_place), said = projection(errors_.said_at_scale(r, t, k, scale));
+    double sum = 0;
     int n = 0;
-    for (std::size_t f = 0; f < truth.size(); ++f) {
-      if (!truth[f].in_front) continue;
-      t.id.push_back(truth[f].id);
-      t.u_px.push_back(truth[f].raw_px.x());
-      t.v_px.push_back(truth[f].raw_px.y());
-      t.visible.push_back(truth[f].doubtful ? truth_t::DO_NOT_SCORE : truth[f].visible ? truth_t::VISIBLE : truth_t::HIDDEN);
-      report_.visible += truth[f].visible && !truth[f].doubtful ? 1.0 / s_.frames : 0;
-      report_.doubtful += truth[f].doubtful ? 1.0 / s_.frames : 0;
-      if (f < last_.size() && last_[f].in_front) { moved += (truth[f].raw_px - last_[f].raw_px).norm(); ++n; }
+    for (const Feature& f : scene_.model.features()) {
+      const auto a = scene_.camera.project(real * f.p_m), b = scene_.camera.project(said * f.p_m);
+      if (!f.enabled || !a || !b || !scene_.camera.inside(*a)) continue;
+      sum += (*a - *b).norm();
+      ++n;
     }
-    t.n = static_cast<std::int32_t>(t.id.size());
-    if (n > 0) report_.motion_px += moved / n / (s_.frames - 1);
-    last_ = truth;
-    queue_.add(arrival, "TRUTH", t);
+    return n > 0 ? sum / n : 0;
   }
 
-  [[nodiscard]] std::string rig_toml() const {
-    const Intrinsics& k = s_.camera;
-    std::ostringstream o;
-    o.precision(17);
-    o << "# Made by cyclops-flight, scenario " << s_.name << ".\n[camera]\naddress = \"127.0.0.1\"\nwidth_px = " << k.width << "\nheight_px = " << k.height
-      << "\npixel_format = \"mono12\"\nframe_rate_hz = " << s_.frame_rate_hz << "\nexposure_us = " << s_.exposure_us << "\nfx_px = " << k.fx_px << "\nfy_px = " << k.fy_px
-      << "\ncx_px = " << k.cx_px << "\ncy_px = " << k.cy_px << "\npitch_um = " << k.pitch_m * 1e6 << "\nk1 = " << k.k1 << "\nk2 = " << k.k2
-      << "\np1 = " << k.p1 << "\np2 = " << k.p2 << "\nk3 = " << k.k3 << (camera_.windscreen().empty() ? "" : "\nwindscreen = \"windscreen.bin\"")
-      << "\n[mount]\npan_deg = " << s_.mount.pan / kDeg << "\ntilt_deg = " << s_.mount.tilt / kDeg << "\nroll_deg = " << s_.mount.roll / kDeg
-      << "\nlens_in_receiver_m = [" << s_.lens_in_receiver_m.x() << ", " << s_.lens_in_receiver_m.y() << ", " << s_.lens_in_receiver_m.z()
-      << "]\nboresight_sigma_deg = " << s_.boresight_error_deg << "\n[tanker]\nmodel = \"tanker.csv\"\nunit = \"in\"\nins = [" << s_.ins_in.x() << ", " << s_.ins_in.y() << ", "
-      << s_.ins_in.z() << "]\n[strobe]\nsource = \"socket\"\nsocket = \"@cyclops-strobe\"\nedge = \"rising\"\n";
-    return o.str();
+  /// What the drawn errors are multiplied by so that their mean on the image takes the scenario's course.
+  [[nodiscard]] std::vector<double> fitted_course() const {
+    std::vector<Eigen::Matrix<double, 1, 1>> control;
+    const double end = sample_s(samples() - 1) + 4 / kCourseRate_hz, first = -4 / kCourseRate_hz;
+    double scale = 1;
+    const Wander spread({n_.error_spread, 0.15, 0.7}, key(seed_, 11));
+    for (double t = first; t <= end; t += 1 / kCourseRate_hz) {
+      const double wanted = interpolated(n_.error_at_s, n_.error_px, t - scene_.mid_s(0)) * std::exp(spread.at(t) - 0.5 * n_.error_spread * n_.error_spread);
+      const std::size_t k = nearest(t);
+      const AircraftState r = scene_.motion.receiver(sample_s(k)), tanker = scene_.motion.tanker(sample_s(k));
+      for (int pass = 0; pass < 12; ++pass) {
+        const double now = error_px(k, r, tanker, scale);
+        if (now <= 0) break;  // nothing in the picture: as before
+        scale = std::clamp(scale * std::clamp(wanted / now, 0.1, 10.0), 1e-3, kMostCourse);
+      }
+      control.emplace_back(scale);
+    }
+    const Smooth<1> smooth(first, kCourseRate_hz, std::move(control));
+    std::vector<double> out(samples());
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] = smooth.at(sample_s(k)).value[0];
+    return out;
   }
 
-  [[nodiscard]] FlightManifest manifest() const {
-    FlightManifest m;
-    m.name = s_.name;
-    m.origin = "generated";
-    m.source = options_.source;
-    m.frames = s_.frames;
-    m.first_frame_ns = kServiceStart_ns + ns(mid_s(0));
-    m.last_frame_ns = kServiceStart_ns + ns(mid_s(s_.frames - 1));
-    m.has_truth = true;
-    return m;
-  }
-
-  const Scenario& s_;
-  const FlightOptions& options_;
-  TankerModel model_;
+  const FlightScene& scene_;
+  const Navigation& n_;
   std::uint64_t seed_;
-  Camera camera_;
-  Renderer renderer_;
-  Motion motion_;
-  NavigationErrors receiver_errors_, tanker_errors_;
-  Rotation<frame::C, frame::R> nominal_;
-  Vec3 boresight_{0, 0, 0};
-  ArrivalQueue queue_;
-  FlightReport report_{};
-  std::vector<FeatureTruth> last_;
+  NavigationErrors errors_;
+  ToldRig told_;
 };
+
+/// Adds the messages of the pictures and looks at each truth on the way.
+Result<> take_over(const std::string& pictures, ArrivalQueue& queue, const NavigationHalf& navigation, ProjectionFigures& figures) {
+  auto flight = FlightReader::open(pictures);
+  if (!flight.ok()) return flight.error();
+  record::LogEvent e;
+  while (true) {
+    auto more = flight->next(e);
+    if (!more.ok()) return more.error();
+    if (!*more) return Ok{};
+    queue.add(e.time_us * 1000, e.channel, e.data);
+    truth_t truth{};
+    if (e.channel == "TRUTH" && truth.decode(e.data.data(), 0, static_cast<int>(e.data.size())) >= 0) navigation.figure(truth, figures);
+  }
+}
+
+Result<FlightReport> put_together(const FlightScene& scene, const Pictures& pictures, const FlightOptions& options) {
+  const std::filesystem::path from(pictures.folder);
+  auto created = FlightWriter::create(options.out, options.replace, (from / "frames.lcm").string());
+  if (!created.ok()) return created.error();
+  FlightWriter out = std::move(created).value();
+  const NavigationHalf navigation(scene);
+  ArrivalQueue queue;
+  navigation.say(queue);
+  ProjectionFigures projection;
+  CYCLOPS_TRY(take_over(pictures.folder, queue, navigation, projection));
+  CYCLOPS_TRY(queue.write(out));
+  auto table = read_file(scene.scenario.tanker), picture = read_file((from / "picture.json").string());
+  if (!table.ok()) return table.error();
+  if (!picture.ok()) return picture.error();
+  nlohmann::json figures = nlohmann::json::parse(*picture, nullptr, false);
+  if (figures.is_discarded()) return make_error(ErrorCode::kCorrupt, (from / "picture.json").string(), "is no JSON");
+  figures["navigation"] = scene.scenario.navigation.is_true ? "true" : "measured";
+  figures["seed"] = scene.scenario.navigation.seed;
+  figures["projection_error"] = projection.json();
+  CYCLOPS_TRY(out.text("tanker.csv", *table));
+  CYCLOPS_TRY(out.text("rig.toml", navigation.rig()));
+  CYCLOPS_TRY(out.text("figures.json", figures.dump(1) + "\n"));
+  if (!scene.camera.windscreen().empty()) {
+    auto said = said_windscreen(scene);
+    if (!said.ok()) return said.error();
+    CYCLOPS_TRY(said->save(out.path("windscreen.bin")));
+  }
+  CYCLOPS_TRY(out.finish(flight_manifest(scene, options.source)));
+  FlightReport report;
+  report.projection_error_px = projection.mean_px();
+  report.motion_px = figures["motion_px_a_frame"].value("mean", 0.0);
+  report.visible = figures["features_visible"].value("mean", 0.0);
+  report.doubtful = figures.value("features_not_scored", 0.0);
+  report.rendered = pictures.rendered;
+  report.render_s = pictures.render_s;
+  return report;
+}
 
 }  // namespace
 
 Result<FlightReport> make_flight(const Scenario& scenario, const FlightOptions& options) {
-  auto model = TankerModel::load(scenario.tanker, 0.0254, scenario.ins_in);
-  if (!model.ok()) return model.error();
-  auto mesh = c12_mesh(*model);
-  if (!mesh.ok()) return mesh.error();
-  auto windscreen = made_up_windscreen(scenario.camera.width, scenario.camera.height, scenario.windscreen);
-  if (!windscreen.ok()) return windscreen.error();
-  return Maker(scenario, options, std::move(model).value(), std::move(mesh).value(), std::move(windscreen).value()).run();
+  std::error_code ignored;
+  const std::filesystem::path out = std::filesystem::absolute(options.out).lexically_normal();
+  if (!options.replace && std::filesystem::exists(out / "manifest.toml", ignored)) return make_error(ErrorCode::kInvalid, options.out, "is a flight already");
+  auto scene = FlightScene::load(scenario);
+  if (!scene.ok()) return scene.error();
+  PictureOptions pictures;
+  pictures.cache = options.cache.empty() ? ((out.has_filename() ? out : out.parent_path()).parent_path() / "cache").string() : options.cache;
+  pictures.threads = options.threads;
+  pictures.progress = options.progress;
+  pictures.stop = options.stop;
+  const auto made = make_pictures(**scene, pictures);
+  if (!made.ok()) return made.error();
+  return put_together(**scene, *made, options);
 }
 
 }  // namespace cyclops::hil

@@ -59,7 +59,7 @@ tspi_t tspi_message(int aircraft, std::int64_t gps_ns, int seq, const AircraftSt
 
 Result<> ArrivalQueue::write(FlightWriter& out) {
   std::stable_sort(pending_.begin(), pending_.end(), [](const Pending& a, const Pending& b) { return a.arrival_ns < b.arrival_ns; });
-  for (const Pending& p : pending_) CYCLOPS_TRY(out.message(Time{p.arrival_ns}, p.channel, p.bytes.data(), p.bytes.size()));
+  for (const Pending& p : pending_) CYCLOPS_TRY(out.message(Time{p.arrival_ns}, p.channel.c_str(), p.bytes.data(), p.bytes.size()));
   pending_.clear();
   return Ok{};
 }

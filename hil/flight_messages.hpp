@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include <cyclops/tspi_t.hpp>
@@ -47,12 +48,14 @@ class ArrivalQueue {
     message.encode(p.bytes.data(), 0, static_cast<int>(p.bytes.size()));
     pending_.push_back(std::move(p));
   }
+  /// One that is encoded already.
+  void add(std::int64_t arrival_ns, const std::string& channel, const std::vector<std::uint8_t>& bytes) { pending_.push_back({arrival_ns, channel, bytes}); }
   Result<> write(FlightWriter& out);
 
  private:
   struct Pending {
     std::int64_t arrival_ns;
-    const char* channel;
+    std::string channel;
     std::vector<std::uint8_t> bytes;
   };
   std::vector<Pending> pending_;

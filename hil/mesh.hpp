@@ -1,13 +1,13 @@
 #pragma once
-/// Triangles of a body in the tanker model frame, and the few shapes aircraft are made of.
+/// Triangles of a body in the tanker model frame.
 ///
-/// Units    a Mesh is in metres; MeshBuilder takes inches, as the tanker's drawings and feature table do.
+/// Units    metres.
 /// Frames   tanker model: x aft, y right wing, z up.
-/// Sides    a triangle is seen from both sides; winding does not matter.
+/// Sides    corners of a triangle run anticlockwise as seen from outside; normals point outwards.
 /// Threads  a finished mesh may be read from any thread.
 #include <array>
 #include <cstdint>
-#include <functional>
+#include <string>
 #include <vector>
 
 #include "base/result.hpp"
@@ -16,36 +16,34 @@
 
 namespace cyclops::hil {
 
+struct Material {
+  std::string name;
+  float albedo{0.5f};            ///< 0..1, diffuse
+  float gloss{0};                ///< 0..1, weight of the Fresnel reflection
+  bool shades{true};             ///< takes part in ambient occlusion
+};
+
 struct Triangle {
   std::array<std::uint32_t, 3> vertex{};
-  float albedo{0};                    ///< 0..1
-  std::array<Vec3, 3> normal{};       ///< unit, model axes, on the side of the winding
+  std::uint16_t material{0};
+  std::array<Vec3, 3> normal{Vec3::UnitZ(), Vec3::UnitZ(), Vec3::UnitZ()};  ///< unit, model axes, outwards
+};
+
+/// A turning propeller; the renderer draws its time-averaged blade coverage, the mesh holds no blade.
+struct Propeller {
+  Vec3 hub_m{Vec3::Zero()};
+  Vec3 axis{-Vec3::UnitX()};     ///< unit, in the direction of thrust
+  double radius_m{0}, hub_radius_m{0};
+  int blades{0};
+  double blade_chord_m{0}, rpm{0};
+  float albedo{0.1f};
 };
 
 struct Mesh {
   std::vector<Vec3> vertices_m;
   std::vector<Triangle> triangles;
-};
-
-class MeshBuilder {
- public:
-  using Rows = std::vector<std::vector<Vec3>>;
-  /// Albedo of the cell between rows i, i+1 and columns j, j+1; below 0 leaves the cell out.
-  using CellAlbedo = std::function<double(std::size_t i, std::size_t j)>;
-  void triangle(const Vec3& a, const Vec3& b, const Vec3& c, double albedo);
-  void quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double albedo);
-  /// Polygon that is convex or star-shaped about its first corner.
-  void fan(const std::vector<Vec3>& corners, double albedo);
-  /// Rows of equally many points. `smooth`: one normal a point, else one a cell.
-  void grid(const Rows& rows, const CellAlbedo& albedo, bool smooth);
-  /// A prism: the outline and the same outline moved by `along`, closed at both ends.
-  void prism(const std::vector<Vec3>& outline, const Vec3& along, double albedo);
-  void box(const Vec3& low, const Vec3& high, double albedo);
-  [[nodiscard]] const Mesh& mesh() const { return mesh_; }
-
- private:
-  std::uint32_t add(const Vec3& p_in);
-  Mesh mesh_;
+  std::vector<Material> materials;
+  std::vector<Propeller> propellers;
 };
 
 /// The C-12 of config/c12: every feature of the table that has a number of the thesis (1 to 38) is a vertex of it.

@@ -4,89 +4,93 @@
 #include <numbers>
 
 #include "hil/noise.hpp"
+#include "hil/way.hpp"
 
 namespace cyclops::hil {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180, kFoot_m = 0.3048, kInch_m = 0.0254;
-constexpr double kStep_s = 1e-3;  // for rates of change
-constexpr double kSmallest_m = 1e-3, kSmallest_rad = 1e-5, kSmallest_mps = 1e-3;  // sigmas of a perfect system
+constexpr double kDeg = std::numbers::pi / 180, kInch_m = 0.0254, kGravity = 9.80665, kEarthRate_rps = 7.292115e-5;
+
+/// Gusts on the place of an aircraft: along, right, down.
+class Drift {
+ public:
+  Drift(const Gusts& g, std::uint64_t seed) : along_(g.along_m, key(seed, 1)), right_(g.right_m, key(seed, 2)), down_(g.down_m, key(seed, 3)) {}
+  [[nodiscard]] Vec3 at(double t) const { return {along_.at(t), right_.at(t), down_.at(t)}; }
+
+ private:
+  Wander along_, right_, down_;
+};
+
+/// Euler angles' rates to body rates. Any book; 3-2-1.
+Vec3 body_rates(const Vec3& angles, const Vec3& rates) {
+  const double pitch = angles[1], bank = angles[2];
+  return {rates[2] - rates[0] * std::sin(pitch), rates[1] * std::cos(bank) + rates[0] * std::cos(pitch) * std::sin(bank),
+          -rates[1] * std::sin(bank) + rates[0] * std::cos(pitch) * std::cos(bank)};
+}
 
 }  // namespace
 
-Motion::Motion(const Scenario& scenario, std::uint64_t seed) : s_(scenario) {
-  for (std::size_t c = 0; c < waves_.size(); ++c)
-    for (std::size_t k = 0; k < 2; ++k) {
-      const double stretch = (k == 0 ? 1.0 : 0.45) * (0.8 + 0.4 * uniform(key(seed, 100 + c, k)));
-      waves_[c].rate_rps[k] = 2 * std::numbers::pi / (s_.wander_period_s * stretch);
-      waves_[c].phase[k] = 2 * std::numbers::pi * uniform(key(seed, 200 + c, k));
-      waves_[c].weight[k] = k == 0 ? 0.75 : 0.25;
-    }
-}
-
-double Motion::wander(int channel, double t) const {
-  const Wave& w = waves_[static_cast<std::size_t>(channel)];
-  return w.weight[0] * std::sin(w.rate_rps[0] * t + w.phase[0]) + w.weight[1] * std::sin(w.rate_rps[1] * t + w.phase[1]);
-}
-
-AircraftState Motion::place(bool tanker, double t) const {
-  // The station moves along a straight line of the local level at the start; 10 s of it drop 10 cm below the curved earth's level.
-  const Local start = local_from_geodetic(s_.latitude_deg, s_.longitude_deg, s_.height_m);
-  const Mat3 heading = rotation_z(s_.heading_deg * kDeg);
-  const Vec3 station = start.ecef + start.R_e_n * heading * Vec3(s_.speed_mps * t, 0, 0);
-  const Local here = local_from_ecef(station);
-  const Mat3 R_e_h = here.R_e_n * heading;  // level axes along the heading
-  const int first = tanker ? 0 : 6;
-  const Vec3 shift = s_.wander_position_m * Vec3(wander(first, t), wander(first + 1, t), wander(first + 2, t));
-  const double a = s_.wander_attitude_deg * kDeg;
-  const Mat3 R_h_b = attitude<frame::K>({0.4 * a * wander(first + 3, t), a * wander(first + 4, t), (tanker ? 0.7 : 1.0) * a * wander(first + 5, t)}).matrix();
-  AircraftState out;
-  out.R_e_b = R_e_h * R_h_b;
-  if (tanker) {
-    out.position_e = station + R_e_h * shift;
-    return out;
+Motion::Motion(const Scenario& s, std::uint64_t seed) : wind_n_(s.wind_north_mps, s.wind_east_mps, 0), speed_mps_(s.speed_mps) {
+  anchor_e_ = local_from_geodetic(s.latitude_deg, s.longitude_deg, s.height_m).ecef;
+  const std::vector<Station> stations = tanker_way(s);
+  const std::vector<Relative> way = receiver_way(s);
+  const Drift tanker_drift(s.tanker_gusts, key(seed, 1)), receiver_drift(s.receiver_gusts, key(seed, 2));
+  const Sway tanker_sway(s.wing_rocks, true), receiver_sway(s.wing_rocks, false);
+  const Vec3 d = (s.reference_in - s.ins_in) * kInch_m;
+  const Vec3 reference = rotation_y(s.tanker_alpha_deg * kDeg) * Vec3(-d.x(), d.y(), -d.z());
+  const Vec3 nose = rotation_y(s.receiver_alpha_deg * kDeg) * (s.lens_in_receiver_m + s.nose_from_lens_m);
+  std::vector<Vec3> tanker, receiver;
+  std::vector<double> roughness;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    const double t = control_s(i);
+    const Station& at = stations[i];
+    const Mat3 banked = at.R_e_h * rotation_x(at.bank_rad);
+    const Vec3 from_anchor = at.position_e - anchor_e_;
+    tanker.push_back(from_anchor + at.R_e_h * (tanker_drift.at(t) + Vec3(0, tanker_sway.at(t), 0)));
+    receiver.push_back(from_anchor + banked * (reference + way[i].nose_m - nose) + at.R_e_h * (receiver_drift.at(t) + Vec3(0, receiver_sway.at(t), 0)));
+    roughness.push_back(way[i].gusts);
   }
-  const Vec3 d = (s_.reference_in - s_.ins_in) * kInch_m;
-  const double range = (s_.range_ft - s_.closing_ftps * t) * kFoot_m, el = s_.elevation_deg * kDeg, az = s_.azimuth_deg * kDeg;
-  const Vec3 nose = Vec3(-d.x(), d.y(), -d.z()) + range * Vec3(-std::cos(el) * std::cos(az), std::cos(el) * std::sin(az), -std::sin(el));
-  out.position_e = station + R_e_h * (nose + shift - R_h_b * (s_.lens_in_receiver_m + s_.nose_from_lens_m));
+  tanker_.position = Smooth<3>(kControlStart_s, kControlRate_hz, std::move(tanker));
+  receiver_.position = Smooth<3>(kControlStart_s, kControlRate_hz, std::move(receiver));
+  tanker_.attitude = attitude_of(tanker_.position, s.tanker_alpha_deg * kDeg, s.tanker_gusts, key(seed, 3), roughness);
+  receiver_.attitude = attitude_of(receiver_.position, s.receiver_alpha_deg * kDeg, s.receiver_gusts, key(seed, 4), roughness);
+}
+
+Smooth<3> Motion::attitude_of(const Smooth<3>& position, double alpha, const Gusts& gusts, std::uint64_t seed, const std::vector<double>& roughness) const {
+  const Wander bank(gusts.bank_deg, key(seed, 1)), pitch(gusts.pitch_deg, key(seed, 2)), yaw(gusts.yaw_deg, key(seed, 3));
+  std::vector<Vec3> angles;
+  for (std::size_t i = 0; i < roughness.size(); ++i) {
+    const double t = control_s(i);
+    const auto at = position.at(t);
+    const Local level = local_from_ecef(anchor_e_ + at.value);
+    const Mat3 R_n_e = level.R_e_n.transpose();
+    const Vec3 air = R_n_e * at.first - wind_n_;
+    const Vec3 force = R_n_e * (at.second + 2 * kEarthRate_rps * Vec3(-at.first.y(), at.first.x(), 0)) - Vec3(0, 0, kGravity);
+    const Vec3 x = air.normalized(), across = force - x * x.dot(force), z = -across.normalized();
+    Mat3 R_n_w;
+    R_n_w << x, z.cross(x), z;
+    const double load = across.norm() / kGravity * (speed_mps_ * speed_mps_) / air.squaredNorm();
+    const HeadingPitchBank a = heading_pitch_bank(R_n_w * rotation_y(alpha * load));
+    Vec3 now = Vec3(a.heading, a.pitch, a.bank) + roughness[i] * kDeg * Vec3(yaw.at(t), pitch.at(t), bank.at(t));
+    if (i > 0) now[0] += 2 * std::numbers::pi * std::round((angles.back()[0] - now[0]) / (2 * std::numbers::pi));
+    angles.push_back(now);
+  }
+  return Smooth<3>(kControlStart_s, kControlRate_hz, std::move(angles));
+}
+
+AircraftState Motion::state(const Track& track, double t) const {
+  const auto p = track.position.at(t), a = track.attitude.at(t);
+  AircraftState out;
+  out.position_e = anchor_e_ + p.value;
+  out.velocity_e = p.first;
+  out.R_e_b = local_from_ecef(out.position_e).R_e_n * rotation_z(a.value[0]) * rotation_y(a.value[1]) * rotation_x(a.value[2]);
+  out.rate_b_rps = body_rates(a.value, a.first);
   return out;
 }
 
-AircraftState Motion::moving(bool tanker, double t) const {
-  AircraftState now = place(tanker, t);
-  const AircraftState before = place(tanker, t - kStep_s), after = place(tanker, t + kStep_s);
-  now.velocity_e = (after.position_e - before.position_e) / (2 * kStep_s);
-  const Mat3 level_before = local_from_ecef(before.position_e).R_e_n.transpose() * before.R_e_b, level_after = local_from_ecef(after.position_e).R_e_n.transpose() * after.R_e_b;
-  now.rate_b_rps = so3_log(Eigen::Quaterniond(Mat3(level_before.transpose() * level_after))) / (2 * kStep_s);
-  return now;
-}
-
-AircraftState Motion::tanker(double t) const { return moving(true, t); }
-AircraftState Motion::receiver(double t) const { return moving(false, t); }
-
-NavigationErrors::NavigationErrors(const Scenario& scenario, std::uint64_t seed, std::size_t samples) : s_(scenario), x_(samples) {
-  const double keep = std::exp(-1 / (s_.tspi_rate_hz * s_.tspi_tau_s)), fresh = std::sqrt(1 - keep * keep);
-  for (std::size_t i = 0; i < samples; ++i)
-    for (std::size_t k = 0; k < 12; ++k) {
-      const double n = normal(key(seed, i, k));
-      x_[i][k] = k >= 6 || i == 0 ? n : keep * x_[i - 1][k] + fresh * n;
-    }
-}
-
-AircraftState NavigationErrors::said(const AircraftState& truth, std::size_t sample, double scale) const {
-  const auto& x = x_[sample];
-  const Mat3 R_e_n = local_from_ecef(truth.position_e).R_e_n;
-  const double attitude = s_.attitude_sigma_deg * kDeg, rate = s_.rate_sigma_dps * kDeg;
-  AircraftState out = truth;
-  out.position_e += scale * s_.position_sigma_m * (R_e_n * Vec3(x[0], x[1], x[2]));
-  out.R_e_b = truth.R_e_b * so3_exp(scale * attitude * Vec3(x[3], x[4], x[5])).toRotationMatrix();
-  out.velocity_e += s_.velocity_sigma_mps * Vec3(x[6], x[7], x[8]);
-  out.rate_b_rps += rate * Vec3(x[9], x[10], x[11]);
-  out.position_sigma_m = Vec3::Constant(std::max(s_.position_sigma_m, kSmallest_m));
-  out.velocity_sigma_mps = std::max(s_.velocity_sigma_mps, kSmallest_mps);
-  out.attitude_sigma_rad = Vec3::Constant(std::max(attitude, kSmallest_rad));
-  return out;
+AirAngles Motion::air_angles(const AircraftState& s) const {
+  const Vec3 air = s.R_e_b.transpose() * (s.velocity_e - local_from_ecef(s.position_e).R_e_n * wind_n_);
+  return {std::atan2(air.z(), air.x()), std::asin(air.y() / air.norm())};
 }
 
 Pose<frame::R, frame::K> relative(const AircraftState& receiver, const AircraftState& tanker) {

@@ -1,16 +1,18 @@
 #!/bin/bash
-# run.sh BUILD [SCENARIO] [PROFILE]: make run. Draws the embedded flight once, flies it through the whole rig, scores, reports.
+# run.sh BUILD [SCENARIO] [PROFILE] [FRAMES]: make run. Draws a flight once, flies it through the whole rig, scores, reports.
+# By default the first 20 s of the thesis' baseline, S1: from 100 to 72 ft. FRAMES 0: all that the scenario has.
 set -eu
 cd "$(dirname "$0")/.."
-b=$1 scenario=${2:-config/scenarios/embedded.toml} profile=${3:--}
+b=$1 scenario=${2:-config/scenarios/s1.toml} profile=${3:--} frames=${4:-600}
 name=$(basename "$scenario" .toml)
-flight=build/flights/$name
+short=() flight=build/flights/$name
+[ "$frames" = 0 ] || { short=(--frames "$frames"); flight=$flight-$frames; }
 out=build/run
 say() { printf '\n\033[1m%s\033[0m\n' "$*"; }
 
-if [ ! -e "$flight/manifest.toml" ] || [ "$scenario" -nt "$flight/manifest.toml" ] || [ "$b/bin/cyclops-flight" -nt "$flight/manifest.toml" ]; then
+if [ ! -e "$flight/manifest.toml" ] || [ "$scenario" -nt "$flight/manifest.toml" ] || [ config/scenarios/base.toml -nt "$flight/manifest.toml" ] || [ "$b/bin/cyclops-flight" -nt "$flight/manifest.toml" ]; then
   say "1/4  drawing the flight ($scenario)"
-  "$b/bin/cyclops-flight" --scenario "$scenario" --out "$flight"
+  "$b/bin/cyclops-flight" --scenario "$scenario" --out "$flight" --replace "${short[@]}"
 else
   say "1/4  the flight is there ($flight)"
 fi

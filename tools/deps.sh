@@ -34,7 +34,7 @@ fi
 
 out=$1
 mkdir -p "$(dirname "$out")"
-pc="aravis-0.8 lcm libgpiod eigen3 geographiclib glib-2.0 gobject-2.0 gio-2.0 spdlog"
+pc="aravis-0.8 lcm libgpiod assimp eigen3 geographiclib glib-2.0 gobject-2.0 gio-2.0 spdlog"
 cflags=$(pkg-config --cflags $pc | sed 's/-I/-isystem /g')
 libs=$(pkg-config --libs $pc)
 gpiod=$(pkg-config --modversion libgpiod | cut -d. -f1)
@@ -42,7 +42,7 @@ gpiod=$(pkg-config --modversion libgpiod | cut -d. -f1)
 cat >"$out.tmp" <<MK
 # made by tools/deps.sh
 DEPS_CFLAGS := $cflags -isystem /usr/include/opencv4 -DCYCLOPS_GPIOD=$gpiod -DSPDLOG_FMT_EXTERNAL
-DEPS_LIBS := $libs -lopencv_imgcodecs -lopencv_imgproc -lopencv_core
+DEPS_LIBS := $libs -lopencv_imgcodecs -lopencv_imgproc -lopencv_core -lembree3
 LCM_JAR := /usr/share/java/lcm.jar
 MK
 mv "$out.tmp" "$out"

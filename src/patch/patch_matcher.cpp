@@ -50,6 +50,8 @@ PatchMatcher::PatchMatcher(const PatchConfig& config, const TankerModel& model, 
   body_.reserve(n);
   for (std::size_t i = 0; i < n; ++i) body_.push_back(model.in_body(model.features()[i]));
   if (config.enabled) patches_.resize(n);
+  sum_.resize((kField + 1) * (kField + 1));
+  sum2_.resize((kField + 1) * (kField + 1));
 }
 
 void PatchMatcher::reset() {
@@ -58,6 +60,7 @@ void PatchMatcher::reset() {
 
 void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners) {
   if (!config_.enabled || !alignment.consensus || image.data == nullptr) return;
+  const bool supported = alignment.inliers >= config_.least_support * alignment.considered;
   for (const Prediction& p : aligned.items) {
     if (p.visibility != Visibility::kVisible) continue;
     Patch& patch = patches_[p.feature];
@@ -79,7 +82,7 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
         corner.kind = PointKind::kPatch;
         corner.feature = p.feature;
         const bool steady = patch.wander2 <= config_.steady_px * config_.steady_px;
-        if (steady && larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
+        if (supported && steady && larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
         anew = !looks_alike(patch, alignment.T_c_k, p.feature);
       } else {
         anew = ++patch.misses >= kMostMisses;
@@ -160,31 +163,59 @@ bool PatchMatcher::match(const ImageView& image, const RowMask* missing, const P
   const int search = std::min(kMostSearch, 1 + static_cast<int>(std::ceil(std::min(config_.search_most_px, std::max(1.0, config_.search_sigmas * sigma)))));
   Vec2 origin;
   if (!read_field(image, missing, aligned.uv_px, search, origin)) return false;
-  double best = -1;
   Vec2 shift{0, 0};
-  const int n = side_ * side_;
-  for (int dv = 0; dv <= 2 * search + 1; ++dv)
-    for (int du = 0; du <= 2 * search + 1; ++du) {
-      float cross = 0, sum = 0, sum2 = 0;
-      for (int v = 0; v < side_; ++v) {
-        const float* f = &field_[static_cast<std::size_t>((v + dv) * field_side_ + du)];
-        const float* w = &warped_[static_cast<std::size_t>(v * side_)];
-        for (int u = 0; u < side_; ++u) {
-          cross += f[u] * w[u];
-          sum += f[u];
-          sum2 += f[u] * f[u];
-        }
+  if (correlate(2 * search + 2, shift) < config_.least_correlation) return false;
+  if (!refine(shift, out.cov_px2)) return false;
+  out.uv_px = origin + shift + Vec2(config_.half_px, config_.half_px);
+  return (out.uv_px - aligned.uv_px).norm() < search + 1;
+}
+
+/// The whole-pixel shift below `shifts` in u and v with the largest normalised cross-correlation, which is returned.
+double PatchMatcher::correlate(int shifts, Vec2& shift) {
+  sum_fields();
+  const int n = side_ * side_, stride = field_side_ + 1;
+  double best = -1;
+  for (int dv = 0; dv < shifts; ++dv) {
+    std::array<float, 2 * kMostSearch + 2> cross{};
+    for (int v = 0; v < side_; ++v)
+      for (int u = 0; u < side_; ++u) {
+        const float w = warped_[static_cast<std::size_t>(v * side_ + u)];
+        const float* f = &field_[static_cast<std::size_t>((v + dv) * field_side_ + u)];
+        for (int du = 0; du < shifts; ++du) cross[static_cast<std::size_t>(du)] += w * f[du];
       }
-      const double norm = std::sqrt(std::max(1e-9, static_cast<double>(sum2) - static_cast<double>(sum) * sum / n));
-      const double correlation = cross / (norm * warped_norm_);
+    for (int du = 0; du < shifts; ++du) {
+      const auto box = [&](const std::vector<double>& sums) {
+        const double* top = &sums[static_cast<std::size_t>(dv * stride + du)];
+        const double* low = top + side_ * stride;
+        return low[side_] - low[0] - top[side_] + top[0];
+      };
+      const double sum = box(sum_), norm = std::sqrt(std::max(1e-9, box(sum2_) - sum * sum / n));
+      const double correlation = cross[static_cast<std::size_t>(du)] / (norm * warped_norm_);
       if (correlation <= best) continue;
       best = correlation;
       shift = {du, dv};
     }
-  if (best < config_.least_correlation) return false;
-  if (!refine(shift, out.cov_px2)) return false;
-  out.uv_px = origin + shift + Vec2(config_.half_px, config_.half_px);
-  return (out.uv_px - aligned.uv_px).norm() < search + 1;
+  }
+  return best;
+}
+
+/// Sums of the field and its squares over all rectangles that begin at its first element.
+void PatchMatcher::sum_fields() {
+  const int stride = field_side_ + 1;
+  std::fill_n(sum_.begin(), stride, 0.0);
+  std::fill_n(sum2_.begin(), stride, 0.0);
+  for (int v = 0; v < field_side_; ++v) {
+    double row = 0, row2 = 0;
+    sum_[static_cast<std::size_t>((v + 1) * stride)] = sum2_[static_cast<std::size_t>((v + 1) * stride)] = 0;
+    for (int u = 0; u < field_side_; ++u) {
+      const double x = field_[static_cast<std::size_t>(v * field_side_ + u)];
+      row += x;
+      row2 += x * x;
+      const auto at = static_cast<std::size_t>((v + 1) * stride + u + 1);
+      sum_[at] = sum_[at - static_cast<std::size_t>(stride)] + row;
+      sum2_[at] = sum2_[at - static_cast<std::size_t>(stride)] + row2;
+    }
+  }
 }
 
 /// Shift between pixels: gain and mean of the brightness are free.

@@ -62,6 +62,8 @@ class PatchMatcher {
   bool turn(const Patch& patch, const Pose<frame::C, frame::K>& T, std::size_t feature);
   bool read_field(const ImageView& image, const RowMask* missing, const Vec2& around, int search, Vec2& origin);
   bool match(const ImageView& image, const RowMask* missing, const Prediction& aligned, Found& out);
+  double correlate(int shifts, Vec2& shift);
+  void sum_fields();
   bool refine(Vec2& shift, Mat2& cov) const;
 
   PatchConfig config_;
@@ -73,6 +75,7 @@ class PatchMatcher {
   double warped_norm_{0};
   std::array<float, kField * kField> field_{};   // the image around the aligned place
   int field_side_{0};
+  std::vector<double> sum_, sum2_;               // (field_side_ + 1) squared
 };
 
 }  // namespace cyclops

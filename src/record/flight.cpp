@@ -58,24 +58,69 @@ Result<> write_whole(const std::string& path, const std::string& content) {
   return Ok{};
 }
 
+/// The names in a folder survive a loss of power only when the folder itself has been brought to the disk.
+Result<> to_disk(const std::string& folder) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return make_error(ErrorCode::kIo, folder, std::strerror(errno));
+  const bool good = ::fsync(fd) == 0 || errno == EINVAL;  // EINVAL: a file system that needs none
+  const int why = errno;
+  ::close(fd);
+  if (!good) return make_error(ErrorCode::kIo, folder, std::string("cannot be brought to the disk: ") + std::strerror(why));
+  return Ok{};
+}
+
+/// Nothing that somebody else put there is ever replaced.
+Result<> holds_only_flights(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) return Ok{};
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    const std::string end = entry.path().extension().string();
+    if (entry.is_directory() || (end != ".lcm" && end != ".toml" && end != ".csv" && end != ".bin" && end != ".json" && end != ".part"))
+      return make_error(ErrorCode::kInvalid, folder.string(), "holds " + name + ", which is no file of a flight");
+  }
+  if (error) return make_error(ErrorCode::kIo, folder.string(), error.message());
+  return Ok{};
+}
+
+Result<> share(const std::string& from, const std::string& to) {
+  if (::link(from.c_str(), to.c_str()) == 0) return Ok{};
+  std::error_code error;
+  fs::copy_file(from, to, error);
+  if (error) return make_error(error.value() == ENOSPC ? ErrorCode::kFull : ErrorCode::kIo, to, "cannot be written: " + error.message());
+  return Ok{};
+}
+
 }  // namespace
 
-std::string FlightWriter::path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
+void FlightWriter::Remove::operator()(const std::string* folder) const {
+  std::error_code ignored;
+  fs::remove_all(*folder, ignored);
+  delete folder;
+}
 
-Result<FlightWriter> FlightWriter::create(const std::string& folder, bool replace) {
+std::string FlightWriter::path(const std::string& name) const { return (fs::path(*part_) / name).string(); }
+
+Result<FlightWriter> FlightWriter::create(const std::string& folder, bool replace, const std::string& frames_from) {
   std::error_code error;
-  const fs::path root(folder);
+  const fs::path root = fs::path(folder).lexically_normal();
   if (fs::exists(root / kManifest, error) && !replace) return make_error(ErrorCode::kInvalid, folder, "is a flight already");
-  for (const char* name : {kManifest, "messages.lcm", "frames.lcm", "rig.toml", "tanker.csv", "windscreen.bin"}) fs::remove(root / name, error);
-  fs::create_directories(root, error);
-  if (error) return make_error(ErrorCode::kIo, folder, error.message());
+  CYCLOPS_TRY(holds_only_flights(root));
   FlightWriter w;
-  w.folder_ = folder;
+  w.folder_ = root.has_filename() ? root.string() : root.parent_path().string();
+  w.part_.reset(new std::string(w.folder_ + ".part"));
+  fs::remove_all(*w.part_, error);
+  fs::create_directories(*w.part_, error);
+  if (error) return make_error(ErrorCode::kIo, *w.part_, error.message());
   auto messages = record::EventLogWriter::create(w.path("messages.lcm"));
   if (!messages.ok()) return messages.error();
+  w.messages_ = std::move(messages).value();
+  if (!frames_from.empty()) {
+    CYCLOPS_TRY(share(frames_from, w.path("frames.lcm")));
+    return w;
+  }
   auto frames = record::EventLogWriter::create(w.path("frames.lcm"));
   if (!frames.ok()) return frames.error();
-  w.messages_ = std::move(messages).value();
   w.frames_ = std::move(frames).value();
   return w;
 }
@@ -117,10 +162,24 @@ Result<> FlightWriter::finish(FlightManifest manifest) {
   CYCLOPS_TRY(frames_.close());
   manifest.files.clear();
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder_, error))
+  for (const auto& entry : fs::directory_iterator(*part_, error))
     if (entry.is_regular_file() && entry.path().filename() != kManifest)
       manifest.files[entry.path().filename().string()] = static_cast<std::int64_t>(entry.file_size());
-  return write_whole(path(kManifest), to_toml(manifest));
+  CYCLOPS_TRY(write_whole(path(kManifest), to_toml(manifest)));
+  CYCLOPS_TRY(to_disk(*part_));
+  // Between these two steps there is no flight of this name; the old one waits under ".old".
+  const std::string old = folder_ + ".old";
+  fs::remove_all(old, error);
+  const bool there = std::rename(folder_.c_str(), old.c_str()) == 0;
+  if (std::rename(part_->c_str(), folder_.c_str()) != 0) {
+    const int why = errno;
+    if (there && std::rename(old.c_str(), folder_.c_str()) != 0) return make_error(ErrorCode::kIo, old, "is the flight that was to be replaced; it cannot be put back");
+    return make_error(ErrorCode::kIo, folder_, std::strerror(why));
+  }
+  delete part_.release();
+  fs::remove_all(old, error);
+  const fs::path parent = fs::path(folder_).parent_path();
+  return to_disk(parent.empty() ? "." : parent.string());
 }
 
 std::string FlightReader::path(const std::string& name) const { return (fs::path(folder_) / name).string(); }

@@ -1,11 +1,14 @@
 #pragma once
 /// Flights: folders that hold everything a camera, a strobe and two aircraft said, bit for bit (docs/architecture.md).
 ///
-/// A folder is a flight when its manifest is there and agrees with the files; the manifest is written last.
+/// A folder is a flight when its manifest is there and agrees with the files; the manifest is written last. A writer works in
+/// a folder beside it, `<folder>.part`, that takes the flight's name when all of it is on the disk: half a flight is never
+/// taken for one, and an old one stays until then. A writer that is dropped unfinished removes its part folder.
 /// Errors   name the file, the byte or line, what is there and what was expected.
 /// Threads  one at a time.
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -41,19 +44,24 @@ struct FlightFrame {
 
 class FlightWriter {
  public:
-  /// The folder must not be a flight already, unless `replace`: then its files are removed first.
-  static Result<FlightWriter> create(const std::string& folder, bool replace);
+  /// The folder must not be a flight already, unless `replace`, and must hold nothing but files of a flight.
+  /// `frames_from`: frames.lcm of another flight with the same frames; shared (hard link) where the file system can, else
+  /// copied. Then frame() must not be called.
+  static Result<FlightWriter> create(const std::string& folder, bool replace, const std::string& frames_from = {});
   Result<> message(Time arrival, const char* channel, const void* data, std::size_t bytes);
   /// Pixels; returns the event number for frame_index_t.recorded_at.
   Result<std::int64_t> frame(Time arrival, const FlightFrame& frame);
   /// Any other file of the folder: rig.toml, tanker.csv, windscreen.bin.
   Result<> text(const std::string& name, const std::string& content);
+  /// Where a file of the flight is while it is being written.
   [[nodiscard]] std::string path(const std::string& name) const;
-  /// Writes the manifest; only now is the folder a flight. `files` is filled in.
+  /// Writes the manifest and gives the folder its name; only now is it a flight. `files` is filled in.
   Result<> finish(FlightManifest manifest);
 
  private:
+  struct Remove { void operator()(const std::string* folder) const; };
   std::string folder_;
+  std::unique_ptr<const std::string, Remove> part_;  // removed with all that is in it, unless finish() let go of it
   record::EventLogWriter messages_;
   record::EventLogWriter frames_;
   std::vector<std::uint8_t> buffer_;

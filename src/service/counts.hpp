@@ -47,6 +47,7 @@ struct FrameFacts {                    ///< of the newest frame
   double residual_rms_px{0};
   double nis_mean{0};
   double integrity{0};
+  bool nav_suspect{false};
 };
 
 }  // namespace cyclops

@@ -124,6 +124,7 @@ void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& c, 
   if (out.state == health_t::NO_CAMERA) out.alarms.emplace_back("camera is silent");
   if (out.state == health_t::NO_NAV) out.alarms.emplace_back(c.has_tspi[0] ? "no TSPI of the tanker" : c.has_tspi[1] ? "no TSPI of the receiver" : "no TSPI");
   if (f.time_source != TimeSource::kStrobe && c.frames > 0) out.alarms.emplace_back("frame time is not from the strobe");
+  if (f.nav_suspect) out.alarms.emplace_back("TSPI contradicts the picture");
   out.n_alarms = static_cast<std::int32_t>(out.alarms.size());
 }
 

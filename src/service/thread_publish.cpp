@@ -46,6 +46,7 @@ FrameFacts facts_of(const FrameOutput& out) {
   f.residual_rms_px = f.matched > 0 ? std::sqrt(squares / f.matched) : 0;
   f.nis_mean = f.matched > 0 ? nis / f.matched : 0;
   f.integrity = out.measurements.integrity;
+  f.nav_suspect = out.nav_suspect;
   const RelativeState& nav = out.in.nav.state;
   if (nav.valid) {
     const Vec3 d = nav.T_r_k.translation().xyz;
@@ -89,6 +90,12 @@ class PublishThread {
     for (std::size_t i = 0; i < kStages; ++i) s_.stage[i].add(f->out.stage_time[i]);
     s_.chain_time.add(f->out.chain_time);
     s_.chain_recent.add(f->out.chain_time);
+    if (f->out.nav_suspect != s_.facts.nav_suspect) {
+      const Time t = f->out.in.frame.t_mid;
+      if (f->out.nav_suspect)
+        s_.events.post(t, EventLevel::kWarning, "align", "nav.contradicted", "TSPI disagrees with where the tanker is seen; measurements go on from the picture");
+      else s_.events.post(t, EventLevel::kRecovery, "align", "nav.agrees", "TSPI and picture agree again");
+    }
     s_.facts = facts_of(f->out);
     CYCLOPS_ASSERT(s_.spare.try_push(std::move(f)));
   }

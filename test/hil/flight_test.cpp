@@ -58,7 +58,7 @@ double worst_px(const std::string& folder, int& points) {
 TEST(GeneratedFlight, RigFileAndTruePoseGiveTheTruePixels) {
   const test::TempDir dir;
   Scenario s = small_scenario();
-  s.boresight_error_deg = 0;
+  s.navigation.is_true = true;
   int points = 0;
   EXPECT_LT(worst_px(fly(s, dir), points), 1e-6);
   EXPECT_EQ(points, 3 * 38);
@@ -67,7 +67,7 @@ TEST(GeneratedFlight, RigFileAndTruePoseGiveTheTruePixels) {
 TEST(GeneratedFlight, CarriesItsWindscreenAndWholeLens) {
   const test::TempDir dir;
   Scenario s = small_scenario();
-  s.boresight_error_deg = 0;
+  s.navigation.is_true = true;
   s.windscreen = 1;
   s.camera.k1 = -0.05, s.camera.p1 = 1e-3, s.camera.p2 = -2e-3, s.camera.k3 = 0.01;
   const std::string folder = fly(s, dir);
@@ -83,7 +83,9 @@ TEST(GeneratedFlight, TspiArrivesTenToTwentyMillisecondsLateAndInOrder) {
   const test::TempDir dir;
   double low = 1e9, high = 0;
   std::int64_t last_time = 0, last_seq[2] = {-1, -1};
-  each_message(fly(small_scenario(), dir), [&](const record::LogEvent& e) {
+  Scenario s = small_scenario();
+  s.navigation.link_latency_ms = s.navigation.dropouts_per_minute = s.navigation.duplicate_share = s.navigation.swapped_share = 0;
+  each_message(fly(s, dir), [&](const record::LogEvent& e) {
     EXPECT_GE(e.time_us, last_time);
     last_time = e.time_us;
     for (const Aircraft a : {Aircraft::kReceiver, Aircraft::kTanker})
@@ -122,6 +124,20 @@ TEST(GeneratedFlight, LeavesFeaturesAtTheBorderOutOfScoring) {
   // THEN its place is known all the same, and it is not scored
   EXPECT_EQ(cut[10].visibility, TruthVisibility::kDoNotScore);
   EXPECT_LT((cut[10].uv_px - full[10].uv_px).norm(), 0.01);
+}
+
+TEST(MadeUpWindscreen, ItsCalibrationIsNearlyRightAndNotRight) {
+  const auto w = made_up_windscreen(1024, 1024, 1).value();
+  const auto measured = calibrated_windscreen(w, 1024, 1024, {.sigma_px = 0.5}).value();
+  double mean = 0, most = 0;
+  for (int i = 0; i < 32; ++i)
+    for (int j = 0; j < 32; ++j) {
+      const double error = (w.delta({32.0 * j, 32.0 * i}) - measured.delta({32.0 * j, 32.0 * i})).norm();
+      mean += error / 1024, most = std::max(most, error);
+    }
+  EXPECT_GT(mean, 0.2);
+  EXPECT_LT(mean, 1);
+  EXPECT_LT(most, 3);
 }
 
 TEST(MadeUpWindscreen, ShiftsByAboutAPixelAndCanBeUndone) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -134,7 +137,60 @@ TEST(Flight, IsNotWrittenOverUnlessWanted) {
   write_flight(dir.file("f"));
   EXPECT_EQ(FlightWriter::create(dir.file("f"), false).error().message(), dir.file("f") + ": is a flight already");
   ASSERT_TRUE(FlightWriter::create(dir.file("f"), true).ok());
-  EXPECT_EQ(open_error(dir.file("f")).code, ErrorCode::kNotFound) << "from the first moment the old manifest no longer counts";
+  EXPECT_TRUE(FlightReader::open(dir.file("f")).ok()) << "the old one stays until the new one is whole";
+  EXPECT_FALSE(fs::exists(dir.file("f.part"))) << "what was not finished is removed";
+  write_flight(dir.file("f"));
+  EXPECT_TRUE(FlightReader::open(dir.file("f")).ok());
+  EXPECT_FALSE(fs::exists(dir.file("f.old")));
+}
+
+TEST(Flight, NeverTakesThePlaceOfAFolderThatHoldsOtherFiles) {
+  test::TempDir dir;
+  fs::create_directories(dir.file("home"));
+  spill(dir.file("home/letter.doc"), "dear");
+  const auto refused = FlightWriter::create(dir.file("home"), true);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message().find("holds letter.doc, which is no file of a flight"), std::string::npos) << refused.error().message();
+  EXPECT_EQ(slurp(dir.file("home/letter.doc")), "dear");
+}
+
+TEST(Flight, CanShareTheFramesOfAnother) {
+  test::TempDir dir;
+  write_flight(dir.file("f"));
+  {
+    auto out = FlightWriter::create(dir.file("g"), false, dir.file("f/frames.lcm")).value();
+    ASSERT_TRUE(out.text("rig.toml", "# a rig\n").ok());
+    FlightManifest m;
+    m.frames = 2;
+    ASSERT_TRUE(out.finish(m).ok());
+  }
+  EXPECT_TRUE(fs::equivalent(dir.file("f/frames.lcm"), dir.file("g/frames.lcm")));
+  fs::remove_all(dir.file("f"));
+  auto flight = FlightReader::open(dir.file("g")).value();
+  std::vector<std::uint8_t> memory;
+  FlightFrame frame;
+  EXPECT_TRUE(flight.frame(1, memory, frame).ok());
+}
+
+TEST(Flight, AFileThatMayNotGrowIsNamedWithTheReasonAndNothingStays) {
+  test::TempDir dir;
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  rlimit small = before;
+  small.rlim_cur = 20000;
+  std::string why;
+  {
+    auto out = FlightWriter::create(dir.file("f"), true).value();
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    const std::vector<char> much(6000);
+    for (int i = 0; i < 10 && why.empty(); ++i)
+      if (const auto said = out.message(Time{0}, "TSPI_TANKER", much.data(), much.size()); !said.ok()) why = said.error().message();
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  }
+  std::signal(SIGXFSZ, old_handler);
+  EXPECT_NE(why.find("messages.lcm: cannot be written: File too large"), std::string::npos) << why;
+  EXPECT_TRUE(fs::is_empty(dir.path()));
 }
 
 TEST(Flight, RefusesAFileOfAnotherSizeAndNamesBothSizes) {
@@ -203,14 +259,14 @@ TEST(Flight, AFullDiskEndsItWithAnErrorAndLeavesNoFlight) {
   // GIVEN a folder whose log lies on a device that is always full
   test::TempDir dir;
   auto out = FlightWriter::create(dir.file("f"), true).value();
-  fs::create_symlink("/dev/full", dir.file("f/rig.toml.part"));
+  fs::create_symlink("/dev/full", out.path("rig.toml.part"));
   // WHEN a file is written THEN kFull
   const auto text = out.text("rig.toml", "# a rig\n");
   ASSERT_FALSE(text.ok());
   EXPECT_EQ(text.error().code, ErrorCode::kFull);
-  EXPECT_FALSE(fs::exists(dir.file("f/rig.toml")));
+  EXPECT_FALSE(fs::exists(out.path("rig.toml")));
   // AND the manifest likewise
-  fs::create_symlink("/dev/full", dir.file("f/manifest.toml.part"));
+  fs::create_symlink("/dev/full", out.path("manifest.toml.part"));
   const auto done = out.finish({});
   ASSERT_FALSE(done.ok());
   EXPECT_EQ(done.error().code, ErrorCode::kFull);

@@ -1,0 +1,215 @@
+#include "hil/flight_pictures.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <thread>
+#include <utility>
+
+#include <glib.h>
+
+#include <cyclops/frame_index_t.hpp>
+#include <cyclops/strobe_edge_t.hpp>
+#include <cyclops/truth_t.hpp>
+
+#include "hil/flight_figures.hpp"
+#include "hil/flight_rig.hpp"
+#include "record/flight.hpp"
+
+namespace cyclops::hil {
+namespace {
+
+struct Frame {
+  std::vector<std::uint16_t> pixels;
+  std::vector<FeatureTruth> truth;
+};
+
+Frame drawn(const FlightScene& scene, int i) {
+  Frame f;
+  const View v = scene.view(i);
+  scene.renderer.render(v, f.pixels);
+  f.truth = scene.renderer.truth(v, scene.model, &f.pixels);
+  return f;
+}
+
+class Sha256 {
+ public:
+  Sha256() : sum_(g_checksum_new(G_CHECKSUM_SHA256)) {}
+  ~Sha256() { g_checksum_free(sum_); }
+  Sha256(const Sha256&) = delete;
+  Sha256& operator=(const Sha256&) = delete;
+  void add(const void* data, std::size_t bytes) { g_checksum_update(sum_, static_cast<const guchar*>(data), static_cast<gssize>(bytes)); }
+  template <class T>
+  void add(const T& number) { add(&number, sizeof number); }
+  void add(const std::string& text) { add(text.data(), text.size()); }
+  [[nodiscard]] std::string hex() const { return g_checksum_get_string(sum_); }
+
+ private:
+  GChecksum* sum_;
+};
+
+std::string content_key(const FlightScene& scene) {
+  Sha256 sum;
+  sum.add(rig_toml(scene, {scene.true_place, 0, {}}));
+  const int n = scene.scenario.frames;
+  for (int i = 0; i < n; ++i) {
+    const View v = scene.view(i);
+    sum.add(scene.mid_ns(i));
+    sum.add(v.T_c_m.translation().xyz.data(), sizeof(Vec3));
+    sum.add(v.T_c_m.rotation().quaternion().coeffs().data(), sizeof(Eigen::Vector4d));
+  }
+  for (int i : {0, n / 2, n - 1}) {
+    const Frame f = drawn(scene, i);
+    sum.add(f.pixels.data(), f.pixels.size() * sizeof f.pixels[0]);
+    for (const FeatureTruth& t : f.truth) {
+      sum.add(t.id);
+      sum.add(t.raw_px.data(), sizeof(Vec2));
+      sum.add(t.in_front * 4 + t.visible * 2 + t.doubtful);
+    }
+  }
+  return sum.hex().substr(0, 20);
+}
+
+class Maker {
+ public:
+  Maker(const FlightScene& scene, const PictureOptions& options) : scene_(scene), s_(scene.scenario), options_(options), figures_(scene) {}
+
+  Result<> write(const std::string& folder) {
+    auto created = FlightWriter::create(folder, true);
+    if (!created.ok()) return created.error();
+    FlightWriter out = std::move(created).value();
+    CYCLOPS_TRY(frames(out));
+    CYCLOPS_TRY(queue_.write(out));
+    CYCLOPS_TRY(out.text("rig.toml", rig_toml(scene_, {scene_.true_place, 0, {}})));
+    CYCLOPS_TRY(out.text("picture.json", figures_.json().dump(1) + "\n"));
+    if (!scene_.camera.windscreen().empty()) CYCLOPS_TRY(scene_.camera.windscreen().save(out.path("windscreen.bin")));
+    return out.finish(flight_manifest(scene_, "pictures of a flight, without navigation"));
+  }
+
+ private:
+  Result<> frames(FlightWriter& out) {
+    const int batch = std::max(1, options_.threads);
+    std::vector<Frame> frames(static_cast<std::size_t>(batch));
+    for (int first = 0; first < s_.frames; first += batch) {
+      if (options_.stop && options_.stop()) return make_error(ErrorCode::kUnusable, "scenario " + s_.name, "stopped at frame " + std::to_string(first + 1) + "; nothing is kept");
+      const int n = std::min(batch, s_.frames - first);
+      const auto work = [&](int k) { frames[static_cast<std::size_t>(k)] = drawn(scene_, first + k); };
+      std::vector<std::thread> others;
+      for (int k = 1; k < n; ++k) others.emplace_back(work, k);
+      work(0);
+      for (std::thread& t : others) t.join();
+      for (int k = 0; k < n; ++k) CYCLOPS_TRY(say(out, first + k, frames[static_cast<std::size_t>(k)]));
+      if (options_.progress) options_.progress(first + n, s_.frames);
+    }
+    return Ok{};
+  }
+
+  Result<> say(FlightWriter& out, int i, const Frame& drawn) {
+    const std::int64_t start = to_ns(scene_.start_s(i)), exposure = to_ns(s_.exposure_us * 1e-6), arrival = kServiceStart_ns + start + exposure + to_ns(s_.readout_ms * 1e-3);
+    const std::int64_t id = i + 1;  // a camera counts from 1
+    FlightFrame frame;
+    frame.camera_frame_id = static_cast<std::uint64_t>(id);
+    frame.camera_tick_ns = kCameraStart_ns + to_ns(scene_.start_s(i) * (1 + s_.tick_drift_ppm * 1e-6));
+    frame.exposure = Duration{exposure};
+    frame.image = {reinterpret_cast<const std::uint8_t*>(drawn.pixels.data()), s_.camera.width, s_.camera.height, 2 * s_.camera.width, PixelFormat::kMono12};
+    auto number = out.frame(Time{arrival}, frame);
+    if (!number.ok()) return number.error();
+    strobe_edge_t edge{};
+    edge.service_time_ns = kServiceStart_ns + start;
+    edge.line_seq = id;
+    edge.edge = strobe_edge_t::RISING;
+    queue_.add(edge.service_time_ns, "STROBE", edge);
+    frame_index_t index{};
+    index.seq = id;
+    index.camera_frame_id = id;
+    index.mid_exposure_ns = scene_.mid_ns(i);
+    index.camera_tick_ns = frame.camera_tick_ns;
+    index.arrival_ns = kServiceStart_ns + start + exposure + 1'000'000;
+    index.exposure_ns = exposure;
+    index.status = frame_index_t::COMPLETE;
+    index.time_source = frame_index_t::TIME_STROBE;
+    index.pixel_format = frame_index_t::MONO12;
+    index.width_px = static_cast<std::int16_t>(s_.camera.width);
+    index.height_px = static_cast<std::int16_t>(s_.camera.height);
+    index.recorded_in = "frames.lcm";
+    index.recorded_at = *number;
+    queue_.add(arrival, "FRAME", index);
+    queue_.add(arrival, "TRUTH", truth(i, index.mid_exposure_ns, drawn.truth));
+    figures_.add(i, drawn.pixels, drawn.truth);
+    return Ok{};
+  }
+
+  [[nodiscard]] truth_t truth(int i, std::int64_t mid_ns, const std::vector<FeatureTruth>& features) const {
+    const auto T_r_k = relative(scene_.motion.receiver(scene_.mid_s(i)), scene_.motion.tanker(scene_.mid_s(i)));
+    const Eigen::Quaterniond q = T_r_k.rotation().quaternion();
+    truth_t t{};
+    t.camera_frame_id = i + 1;
+    t.mid_exposure_ns = mid_ns;
+    t.has_pose = 1;
+    const double w[4] = {q.w(), q.x(), q.y(), q.z()};
+    std::copy(w, w + 4, t.q_r_k);
+    for (int a = 0; a < 3; ++a) t.t_r_k_m[a] = T_r_k.translation().xyz[a];
+    for (const FeatureTruth& f : features) {
+      if (!f.in_front) continue;
+      t.id.push_back(f.id);
+      t.u_px.push_back(f.raw_px.x());
+      t.v_px.push_back(f.raw_px.y());
+      t.visible.push_back(f.doubtful ? truth_t::DO_NOT_SCORE : f.visible ? truth_t::VISIBLE : truth_t::HIDDEN);
+    }
+    t.n = static_cast<std::int32_t>(t.id.size());
+    return t;
+  }
+
+  const FlightScene& scene_;
+  const Scenario& s_;
+  const PictureOptions& options_;
+  PictureFigures figures_;
+  ArrivalQueue queue_;
+};
+
+/// One process at a time draws into a cache; the others wait and find the pictures there.
+class CacheLock {
+ public:
+  static Result<CacheLock> take(const std::string& cache) {
+    std::error_code error;
+    std::filesystem::create_directories(cache, error);
+    if (error) return make_error(ErrorCode::kIo, cache, error.message());
+    CacheLock t;
+    const std::string path = cache + "/.lock";
+    t.fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (t.fd_ < 0) return make_error(ErrorCode::kIo, path, std::strerror(errno));
+    while (::flock(t.fd_, LOCK_EX) != 0)
+      if (errno != EINTR) return make_error(ErrorCode::kIo, path, std::strerror(errno));
+    return t;
+  }
+  ~CacheLock() { if (fd_ >= 0) ::close(fd_); }
+  CacheLock(CacheLock&& o) noexcept : fd_(std::exchange(o.fd_, -1)) {}
+  CacheLock& operator=(CacheLock&&) = delete;
+
+ private:
+  CacheLock() = default;
+  int fd_{-1};
+};
+
+}  // namespace
+
+Result<Pictures> make_pictures(const FlightScene& scene, const PictureOptions& options) {
+  Pictures out;
+  out.folder = (std::filesystem::path(options.cache) / (scene.scenario.name + "-" + content_key(scene))).string();
+  if (FlightReader::open(out.folder).ok()) return out;
+  const auto lock = CacheLock::take(options.cache);
+  if (!lock.ok()) return lock.error();
+  if (FlightReader::open(out.folder).ok()) return out;
+  const auto begin = std::chrono::steady_clock::now();
+  CYCLOPS_TRY(Maker(scene, options).write(out.folder));
+  out.rendered = true;
+  out.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return out;
+}
+
+}  // namespace cyclops::hil
