@@ -51,7 +51,7 @@ struct Folder {
   TankerModel model;
   std::vector<PriorPose> prior;        ///< not empty
   PictureByFrame pictures;             ///< a pose may be without
-  std::optional<TruthByFrame> truth;  ///< nothing: no such file
+  std::optional<TruthByFrame> truth;   ///< nothing: no such file
 };
 
 /// camera.json, features.csv, prior, list of frames/, truth, in this order; the first error ends it. The prior may also lie outside
