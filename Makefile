@@ -35,8 +35,10 @@ OPT_ubsan    := -O1 -g -fsanitize=undefined -fno-sanitize-recover=all
 OPT_tsan     := -O1 -g -fsanitize=thread
 OPT_coverage := -O0 -g --coverage -fprofile-update=atomic
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Werror=return-type
-# No fused multiply-add: every build of the same source gives the same bits.
-CXXFLAGS += -std=c++20 $(OPT_$(VARIANT)) -march=$(ARCH) -ffp-contract=off $(WARN) -pthread -DCYCLOPS_VERSION='"$(VERSION)"'
+# No fused multiply-add: every build of the same source gives the same bits. -ffp-contract=off alone is not enough, GCC 12 makes
+# vfmsubadd of neighbouring operations.
+NO_FMA := -ffp-contract=off $(if $(filter x86_64,$(shell uname -m)),-mno-fma)
+CXXFLAGS += -std=c++20 $(OPT_$(VARIANT)) -march=$(ARCH) $(NO_FMA) $(WARN) -pthread -DCYCLOPS_VERSION='"$(VERSION)"'
 CPPFLAGS += -Isrc -I. -isystem $(GEN)/cpp $(DEPS_CFLAGS)
 LDFLAGS += $(OPT_$(VARIANT)) -pthread
 LDLIBS += $(DEPS_LIBS)
@@ -81,6 +83,7 @@ $(TYPES_STAMP): $(LCM_SRC)
 	@lcm-gen -p --ppath $(GEN)/python $(LCM_SRC)
 	@lcm-gen -j --jpath $(GEN)/java $(LCM_SRC)
 	@touch $@
+$(GEN)/cpp/cyclops/%.hpp: $(TYPES_STAMP) ;
 $(GEN)/cyclops-types.jar: $(TYPES_STAMP)
 	@echo "  jar $@"; mkdir -p $(GEN)/classes
 	@javac -nowarn -Xlint:none -cp $(LCM_JAR) -d $(GEN)/classes $(GEN)/java/cyclops/*.java

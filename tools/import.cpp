@@ -86,9 +86,6 @@ double frame_period_s(const std::vector<PriorPose>& prior, double rate_hz) {
   return static_cast<double>(prior.back().t_ns - prior.front().t_ns) * 1e-9 / static_cast<double>(prior.back().frame - prior.front().frame);
 }
 
-/// On its own: among other code GCC 12 makes fused vfmsubadd of it, against -ffp-contract=off, and the last bits change.
-[[gnu::noinline]] Mat3 rotation_matrix(const Pose<frame::C, frame::M>& T_c_m) { return T_c_m.rotation().matrix(); }
-
 /// One folder on its way into one flight.
 class Import {
  public:
@@ -213,7 +210,7 @@ hil::AircraftState Import::tanker(const PriorPose& p, const hil::AircraftState& 
   const Mat3 R_c_r = camera_from_receiver({}).matrix();
   const Eigen::DiagonalMatrix<double, 3> flip(-1, 1, -1);
   const Vec3 middle_c = middle_in_camera(p);
-  const Mat3 R_r_k = R_c_r.transpose() * rotation_matrix(p.T_c_m) * flip;
+  const Mat3 R_r_k = R_c_r.transpose() * p.T_c_m.rotation().matrix() * flip;
   const Vec3 t_r_k = R_c_r.transpose() * middle_c;
   const double lateral = report_.sigma_px * middle_c.z() / folder_.k.fx_px;
   const double turn = 0.5 * lateral / std::max(extent_.radius, 1e-9);
