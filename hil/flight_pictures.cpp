@@ -57,6 +57,7 @@ class Sha256 {
 
 void add_poses(const FlightScene& scene, Sha256& sum) {
   sum.add(rig_toml(scene, {scene.true_place, 0, {}}));
+  for (const Feature& f : scene.model.features()) sum.add(f.enabled);  // picture.json has the share that is searched
   for (int i = 0; i < scene.scenario.frames; ++i) {
     const View v = scene.view(i);
     sum.add(scene.mid_ns(i));
