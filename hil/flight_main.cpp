@@ -6,7 +6,9 @@
 
 #include <unistd.h>
 
+#include "hil/atlas.hpp"
 #include "hil/flight.hpp"
+#include "hil/flight_scene.hpp"
 
 namespace {
 
@@ -20,20 +22,35 @@ void show(int done, int of, double spent_s) {
                spent_s / done * (of - done), done == of ? "\n" : "");
 }
 
+/// Pictures of the scenario's tanker, seen from where its receiver starts.
+cyclops::Result<> draw(const cyclops::hil::Scenario& s, const std::string& folder) {
+  const auto scene = cyclops::hil::FlightScene::load(s);
+  if (!scene.ok()) return scene.error();
+  cyclops::hil::AtlasOptions o;
+  o.reference_m = s.reference_in * 0.0254;
+  o.range_m = s.range_ft * 0.3048;
+  o.elevation_deg = s.elevation_deg;
+  o.azimuth_deg = s.azimuth_deg;
+  return cyclops::hil::draw_atlas(folder, (*scene)->mesh, (*scene)->model, o);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Flies a scenario and writes it as a flight folder: pixels, messages, truth, rig and figures."};
   app.set_version_flag("--version", CYCLOPS_VERSION);
   app.footer("Pictures are kept in the cache and shared by flights that differ in navigation alone (docs/flights.md).");
-  std::string path, navigation;
+  std::string path, navigation, atlas;
   cyclops::hil::FlightOptions options;
   options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::int64_t seed = 0, picture_seed = 0;
   int frames = 0;
   bool quiet = false;
   app.add_option("--scenario", path, "TOML file, config/scenarios/*.toml")->required();
-  app.add_option("-o,--out", options.out, "flight folder to write")->required();
+  auto* made = app.add_option_group("What is made");
+  made->add_option("-o,--out", options.out, "flight folder to write");
+  made->add_option("--atlas", atlas, "in place of a flight: folder for pictures of the tanker's shape and features");
+  made->require_option(1);
   auto* seed_option = app.add_option("--seed", seed, "of the navigation errors, in place of the scenario's");
   auto* picture_option = app.add_option("--picture-seed", picture_seed, "of motion, sky and noise, in place of the scenario's");
   app.add_option("--navigation", navigation, "in place of the scenario's: measured or true (no errors)")->check(CLI::IsMember({"measured", "true"}));
@@ -49,6 +66,12 @@ int main(int argc, char** argv) {
   };
   auto scenario = cyclops::hil::Scenario::load(path);
   if (!scenario.ok()) return fail(scenario.error());
+  if (!atlas.empty()) {
+    const auto drawn = draw(*scenario, atlas);
+    if (!drawn.ok()) return fail(drawn.error());
+    std::printf("%s: three_view.png, receiver.png, contact.png, features.png\n", atlas.c_str());
+    return 0;
+  }
   if (seed_option->count() > 0) scenario->navigation.seed = seed;
   if (picture_option->count() > 0) scenario->seed = picture_seed;
   if (frames_option->count() > 0) scenario->frames = frames;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -17,6 +18,7 @@
 #include <cyclops/strobe_edge_t.hpp>
 #include <cyclops/truth_t.hpp>
 
+#include "base/file.hpp"
 #include "hil/flight_figures.hpp"
 #include "hil/flight_rig.hpp"
 #include "record/flight.hpp"
@@ -32,8 +34,8 @@ struct Frame {
 Frame drawn(const FlightScene& scene, int i) {
   Frame f;
   const View v = scene.view(i);
-  scene.renderer.render(v, f.pixels);
-  f.truth = scene.renderer.truth(v, scene.model, &f.pixels);
+  scene.renderer().render(v, f.pixels);
+  f.truth = scene.renderer().truth(v, scene.model, &f.pixels);
   return f;
 }
 
@@ -53,16 +55,69 @@ class Sha256 {
   GChecksum* sum_;
 };
 
-std::string content_key(const FlightScene& scene) {
-  Sha256 sum;
+void add_poses(const FlightScene& scene, Sha256& sum) {
   sum.add(rig_toml(scene, {scene.true_place, 0, {}}));
-  const int n = scene.scenario.frames;
-  for (int i = 0; i < n; ++i) {
+  for (const Feature& f : scene.model.features()) sum.add(f.enabled);  // picture.json has the share that is searched
+  for (int i = 0; i < scene.scenario.frames; ++i) {
     const View v = scene.view(i);
     sum.add(scene.mid_ns(i));
     sum.add(v.T_c_m.translation().xyz.data(), sizeof(Vec3));
     sum.add(v.T_c_m.rotation().quaternion().coeffs().data(), sizeof(Eigen::Vector4d));
   }
+}
+
+void add_mesh(const Mesh& mesh, Sha256& sum) {
+  for (const Vec3& v : mesh.vertices_m) sum.add(v.data(), sizeof(Vec3));
+  for (const Triangle& t : mesh.triangles) {
+    sum.add(t.vertex);
+    sum.add(t.material);
+    for (const Vec3& n : t.normal) sum.add(n.data(), sizeof(Vec3));
+  }
+  for (const Material& m : mesh.materials) sum.add(m.albedo), sum.add(m.gloss), sum.add(m.shades);
+  for (const Propeller& p : mesh.propellers) {
+    sum.add(p.hub_m.data(), sizeof(Vec3));
+    sum.add(p.axis.data(), sizeof(Vec3));
+    for (double x : {p.radius_m, p.hub_radius_m, 1.0 * p.blades, p.blade_chord_m, p.rpm, 1.0 * p.albedo}) sum.add(x);
+  }
+}
+
+/// The bindings stop compiling when a look grows a member.
+void add_look(const Look& look, Sha256& sum) {
+  const auto add = [&](auto... x) { (sum.add(static_cast<double>(x)), ...); };
+  const auto& [light, sky, optics, sensor] = look;
+  const auto& [sun_azimuth, sun_elevation, light_uniform] = light;
+  add(sun_azimuth, sun_elevation, light_uniform);
+  const auto& [cover, contrast, ground, ground_contrast, haze, sky_uniform] = sky;
+  add(cover, contrast, ground, ground_contrast, haze, sky_uniform);
+  const auto& [automatic, f_number, blur, glare, vignette, parallax] = optics;
+  add(automatic, f_number, blur, glare, vignette, parallax);
+  const auto& [exposure, responsivity, full_well, bits, gain, black, read_noise, photon_noise, prnu, transfer, blooming, dead] = sensor;
+  add(exposure, responsivity, full_well, bits, gain, black, read_noise, photon_noise, prnu, transfer, blooming, dead);
+}
+
+/// Everything that pictures are made of, this program included: known without drawing.
+std::string source_key(const FlightScene& scene) {
+  Sha256 sum;
+  add_poses(scene, sum);
+  for (int i = 0; i < scene.scenario.frames; ++i) sum.add(scene.view(i).R_n_c.data(), sizeof(Mat3));
+  add_mesh(scene.mesh, sum);
+  for (const Feature& f : scene.model.features()) {
+    sum.add(f.id);
+    sum.add(f.p_m.xyz.data(), sizeof(Vec3));
+    for (const Vec3& n : f.normals_m) sum.add(n.data(), sizeof(Vec3));
+  }
+  add_look(scene.scenario.look, sum);
+  sum.add(scene.scenario.windscreen);
+  sum.add(scene.scenario.seed);
+  struct stat program {};
+  if (::stat("/proc/self/exe", &program) == 0) sum.add(program.st_size), sum.add(program.st_mtim.tv_sec), sum.add(program.st_mtim.tv_nsec);
+  return sum.hex().substr(0, 20);
+}
+
+std::string content_key(const FlightScene& scene) {
+  Sha256 sum;
+  add_poses(scene, sum);
+  const int n = scene.scenario.frames;
   for (int i : {0, n / 2, n - 1}) {
     const Frame f = drawn(scene, i);
     sum.add(f.pixels.data(), f.pixels.size() * sizeof f.pixels[0]);
@@ -199,16 +254,31 @@ class CacheLock {
 }  // namespace
 
 Result<Pictures> make_pictures(const FlightScene& scene, const PictureOptions& options) {
+  const std::filesystem::path cache(options.cache);
+  const std::string note = (cache / ("." + source_key(scene))).string();
   Pictures out;
-  out.folder = (std::filesystem::path(options.cache) / (scene.scenario.name + "-" + content_key(scene))).string();
-  if (FlightReader::open(out.folder).ok()) return out;
-  const auto lock = CacheLock::take(options.cache);
-  if (!lock.ok()) return lock.error();
-  if (FlightReader::open(out.folder).ok()) return out;
-  const auto begin = std::chrono::steady_clock::now();
-  CYCLOPS_TRY(Maker(scene, options).write(out.folder));
-  out.rendered = true;
-  out.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (const auto noted = read_file(note); noted.ok()) {
+    out.folder = (cache / *noted).string();
+    if (FlightReader::open(out.folder).ok()) return out;
+  }
+  const std::string name = scene.scenario.name + "-" + content_key(scene);
+  out.folder = (cache / name).string();
+  if (!FlightReader::open(out.folder).ok()) {
+    const auto lock = CacheLock::take(options.cache);
+    if (!lock.ok()) return lock.error();
+    if (!FlightReader::open(out.folder).ok()) {
+      const auto begin = std::chrono::steady_clock::now();
+      CYCLOPS_TRY(Maker(scene, options).write(out.folder));
+      out.rendered = true;
+      out.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+  }
+  GError* failed = nullptr;  // written beside it and renamed: whole or not there
+  if (g_file_set_contents(note.c_str(), name.data(), static_cast<gssize>(name.size()), &failed) == FALSE) {
+    const std::string why = failed->message;
+    g_error_free(failed);
+    return make_error(ErrorCode::kIo, note, why);
+  }
   return out;
 }
 

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "hil/made_up_windscreen.hpp"
-#include "hil/mesh.hpp"
 #include "hil/noise.hpp"
 #include "hil/way.hpp"
 
@@ -64,24 +63,28 @@ double clearance(const Mesh& mesh, const Vec3& p) {
 
 }  // namespace
 
-FlightScene::FlightScene(const Scenario& s, TankerModel m, Camera c, Mesh mesh)
-    : scenario(s), model(std::move(m)), camera(std::move(c)), renderer(camera, std::move(mesh), s.look, key(static_cast<std::uint64_t>(s.seed), 1)),
-      motion(s, key(static_cast<std::uint64_t>(s.seed), 2)), true_place{camera_from_receiver(s.mount), s.lens_in_receiver_m} {}
+FlightScene::FlightScene(const Scenario& s, TankerModel m, Camera c, Mesh body)
+    : scenario(s), model(std::move(m)), camera(std::move(c)), mesh(std::move(body)), motion(s, key(static_cast<std::uint64_t>(s.seed), 2)),
+      true_place{camera_from_receiver(s.mount), s.lens_in_receiver_m} {}
+
+const Renderer& FlightScene::renderer() const {
+  std::call_once(first_use_, [this] { renderer_ = std::make_unique<const Renderer>(camera, mesh, scenario.look, key(static_cast<std::uint64_t>(scenario.seed), 1)); });
+  return *renderer_;
+}
 
 Result<std::unique_ptr<FlightScene>> FlightScene::load(const Scenario& s) {
   auto model = TankerModel::load(s.tanker, kInch_m, s.ins_in);
   if (!model.ok()) return model.error();
-  auto mesh = c12_mesh(*model);
-  if (!mesh.ok()) return mesh.error();
+  auto mesh = tanker_mesh(s.mesh, *model);
+  if (!mesh.ok()) return make_error(mesh.error().code, "scenario " + s.name + ", features of " + s.tanker, mesh.error().message());
   auto windscreen = made_up_windscreen(s.camera.width, s.camera.height, s.windscreen);
   if (!windscreen.ok()) return windscreen.error();
-  const Mesh body = *mesh;
   std::unique_ptr<FlightScene> scene(new FlightScene(s, std::move(model).value(), Camera(s.camera, std::move(windscreen).value()), std::move(mesh).value()));
-  CYCLOPS_TRY(scene->check(body));
+  CYCLOPS_TRY(scene->check());
   return scene;
 }
 
-Result<> FlightScene::check(const Mesh& mesh) const {
+Result<> FlightScene::check() const {
   bool seen = false;
   const int step = std::max(1, static_cast<int>(scenario.frame_rate_hz / 5));
   for (int i = 0; i < scenario.frames; i += step) {

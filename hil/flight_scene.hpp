@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 
 #include "hil/motion.hpp"
 #include "hil/render.hpp"
@@ -43,13 +44,18 @@ class FlightScene {
   const Scenario scenario;
   const TankerModel model;
   const Camera camera;
-  const Renderer renderer;
+  const Mesh mesh;
   const Motion motion;
   const CameraPlace true_place;
 
+  /// Made at the first call: sky and light of the mesh take a second or two.
+  [[nodiscard]] const Renderer& renderer() const;
+
  private:
   FlightScene(const Scenario& s, TankerModel model, Camera camera, Mesh mesh);
-  [[nodiscard]] Result<> check(const Mesh& mesh) const;
+  [[nodiscard]] Result<> check() const;
+  mutable std::once_flag first_use_;
+  mutable std::unique_ptr<const Renderer> renderer_;
 };
 
 }  // namespace cyclops::hil

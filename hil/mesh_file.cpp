@@ -124,30 +124,32 @@ Result<Mesh> tanker_mesh(const TankerMeshConfig& config, const TankerModel& mode
     for (const Vec3& v : mesh->vertices_m) nearest = std::min(nearest, (v - f.p_m.xyz).norm());
     if (nearest <= config.feature_tolerance_m) continue;
     char text[160];
-    std::snprintf(text, sizeof text, "feature %d \"%.40s\" is %.3f in from the nearest corner of the mesh, expected %.3f in at most", f.id, f.name.c_str(), nearest / 0.0254, config.feature_tolerance_m / 0.0254);
-    return make_error(ErrorCode::kInvalid, config.mesh, text);
+    std::snprintf(text, sizeof text, " is %.3f in from the nearest corner of the mesh, expected %.3f in at most", nearest / 0.0254, config.feature_tolerance_m / 0.0254);
+    return make_error(ErrorCode::kInvalid, config.mesh, "feature " + std::to_string(f.id) + " \"" + f.name.substr(0, 40) + "\" at " + inches(f.p_m.xyz) + text);
   }
   return mesh;
 }
 
-TankerMeshConfig TankerMeshConfig::read(ConfigTable& t, const ConfigFile& file) {
-  TankerMeshConfig out;
-  t.read("mesh", out.mesh);
-  if (out.mesh != "c12") out.mesh = file.resolve(out.mesh);
-  int unit = 0;
-  const double metres[] = {0.0254, 1, 0.001, 0.01, 0.3048};
-  t.read_choice("mesh_unit", {"in", "m", "mm", "cm", "ft"}, unit);
-  out.file.metres_per_unit = metres[unit];
-  std::vector<std::string> axes(out.file.axes.begin(), out.file.axes.end());
+void TankerMeshConfig::read(ConfigTable& t, const ConfigFile& from) {
+  if (t.has("mesh")) {
+    t.read("mesh", mesh);
+    if (mesh != "c12") mesh = from.resolve(mesh);
+  }
+  if (t.has("mesh_unit")) {
+    int unit = 0;
+    const double metres[] = {0.0254, 1, 0.001, 0.01, 0.3048};
+    t.read_choice("mesh_unit", {"in", "m", "mm", "cm", "ft"}, unit);
+    file.metres_per_unit = metres[unit];
+  }
+  std::vector<std::string> axes(file.axes.begin(), file.axes.end());
   t.read("mesh_axes", axes);
-  if (axes.size() == 3) std::copy(axes.begin(), axes.end(), out.file.axes.begin());
+  if (axes.size() == 3) std::copy(axes.begin(), axes.end(), file.axes.begin());
   else t.fail("mesh_axes", "expected three of aft forward right left up down");
-  t.read("mesh_allow_open", out.file.allow_open);
-  t.read_in("mesh_crease_deg", 0.0, 180.0, out.file.crease_deg);
-  double tolerance_in = out.feature_tolerance_m / 0.0254;
+  t.read("mesh_allow_open", file.allow_open);
+  t.read_in("mesh_crease_deg", 0.0, 180.0, file.crease_deg);
+  double tolerance_in = feature_tolerance_m / 0.0254;
   t.read_in("mesh_feature_tolerance_in", 0.0, 100.0, tolerance_in);
-  out.feature_tolerance_m = tolerance_in * 0.0254;
-  return out;
+  feature_tolerance_m = tolerance_in * 0.0254;
 }
 
 }  // namespace cyclops::hil

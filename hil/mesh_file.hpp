@@ -28,12 +28,12 @@ struct TankerMeshConfig {
   MeshFileConfig file{};
   double feature_tolerance_m{0.00254};  ///< a feature needs a vertex of the mesh as near as this
 
-  /// Reads the keys of `t`; a path is taken against the file's folder. Errors are left in the table.
-  static TankerMeshConfig read(ConfigTable& t, const ConfigFile& file);
+  /// Reads the keys of `t`; what it does not say stays. A path is taken against the file's folder. Errors are left in the table.
+  void read(ConfigTable& t, const ConfigFile& from);
 };
 
 Result<Mesh> load_mesh(const std::string& path, const MeshFileConfig& config);
-/// The mesh, with a vertex near every feature of the model.
+/// The mesh, with a vertex near every feature of the model. Errors about a feature say its number, name and place.
 Result<Mesh> tanker_mesh(const TankerMeshConfig& config, const TankerModel& model);
 
 }  // namespace cyclops::hil

@@ -212,9 +212,9 @@ std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double rang
   return out;
 }
 
-View level_view(double range_ft, double elevation_deg, double azimuth_deg) {
+View level_view(double range_ft, double elevation_deg, double azimuth_deg, const Vec3& reference_in) {
   const double el = elevation_deg * kPi / 180, az = azimuth_deg * kPi / 180, tilt = 16 * kPi / 180;
-  const Vec3 eye = Vec3(511, 0, 123) * 0.0254 + range_ft * 0.3048 * Vec3(std::cos(el) * std::cos(az), std::cos(el) * std::sin(az), std::sin(el));
+  const Vec3 eye = reference_in * 0.0254 + range_ft * 0.3048 * Vec3(std::cos(el) * std::cos(az), std::cos(el) * std::sin(az), std::sin(el));
   Mat3 R_c_m;
   R_c_m << 0, 1, 0, -std::sin(tilt), 0, -std::cos(tilt), -std::cos(tilt), 0, std::sin(tilt);
   View view;

@@ -23,7 +23,7 @@ struct CornerError { std::int32_t id; double px; };
 [[nodiscard]] std::vector<CornerError> feature_corners(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const TankerModel& model, int zoom);
 /// 36 tilted squares, `range_m` away, over the middle half of the picture: all of their corners.
 [[nodiscard]] std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double range_m);
-/// A level formation: lens `range_ft` behind the tail tip at `elevation_deg`, tilted up by 16 deg.
-[[nodiscard]] View level_view(double range_ft, double elevation_deg, double azimuth_deg = 0);
+/// A level formation: lens `range_ft` behind `reference_in` (model axes; the C-12's tail tip) at `elevation_deg`, tilted up by 16 deg.
+[[nodiscard]] View level_view(double range_ft, double elevation_deg, double azimuth_deg = 0, const Vec3& reference_in = {511, 0, 123});
 
 }  // namespace cyclops::hil

@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "hil/made_up_windscreen.hpp"
+#include "hil/mesh_file.hpp"
 #include "hil/render_corners.hpp"
 
 namespace {
@@ -31,18 +32,18 @@ void say(const char* what, double focal_mm, double range_ft, std::vector<CornerE
   std::printf("%-8s %5.1f mm %4.0f ft  %3zu corners  median %.3f  90 %% %.3f  worst %.3f px (%d)\n", what, focal_mm, range_ft, all.size(), all[all.size() / 2].px, all[all.size() * 9 / 10].px, all.back().px, all.back().id);
 }
 
-void measure(const Mesh& mesh, const TankerModel& model) {
+void measure(const Mesh& mesh, const TankerModel& model, const Vec3& reference_in) {
   for (const double focal : {12.5, 25.0})
     for (const double range : {300.0, 75.0, 35.0}) {
       std::vector<CornerError> features;
       for (const double el : {-12.0, -18.0})
-        for (const CornerError& e : feature_corners(lens(focal), mesh, level_view(range, el), model, 8)) features.push_back(e);
+        for (const CornerError& e : feature_corners(lens(focal), mesh, level_view(range, el, 0, reference_in), model, 8)) features.push_back(e);
       say("board", focal, range, board_corners(lens(focal), range * 0.3048));
       say("tanker", focal, range, features);
     }
 }
 
-void time_frames(const Mesh& mesh, const TankerModel& model, const Look& look) {
+void time_frames(const Mesh& mesh, const TankerModel& model, const Look& look, const Vec3& reference_in) {
   const Camera camera(lens(12.5), made_up_windscreen(1024, 1024, 1).value());
   const Renderer renderer(camera, mesh, look, 1);
   std::vector<std::uint16_t> out;
@@ -50,7 +51,7 @@ void time_frames(const Mesh& mesh, const TankerModel& model, const Look& look) {
   for (const double range : {300.0, 75.0, 35.0}) {
     double whole = 1e9, scene = 1e9, truth = 1e9;
     for (int i = 0; i < 5; ++i) {
-      View view = level_view(range, -15);
+      View view = level_view(range, -15, 0, reference_in);
       view.frame = static_cast<std::uint64_t>(i);
       view.moves = true;
       view.T_c_m_start = view.T_c_m_end = view.T_c_m;
@@ -72,6 +73,8 @@ void time_frames(const Mesh& mesh, const TankerModel& model, const Look& look) {
 int main(int argc, char** argv) {
   CLI::App app{"Looks at single frames of the flight generator: a picture, how exact its corners are, how long a frame takes."};
   std::string picture, table = "config/c12/tanker.csv", file;
+  TankerMeshConfig shape;
+  std::vector<double> reference{511, 0, 123};
   bool corners = false, times = false;
   double range = 75, elevation = -15, azimuth = 0, focal = 12.5, gamma = 1;
   app.add_option("--picture", picture, "PNG to write, 8 bits");
@@ -79,6 +82,8 @@ int main(int argc, char** argv) {
   app.add_flag("--times", times, "thread time a frame, a table");
   app.add_option("--look", file, "TOML with [light] [sky] [optics] [sensor]");
   app.add_option("--tanker", table, "feature table")->capture_default_str();
+  app.add_option("--mesh", shape.mesh, "its shape: c12, or a file in inches, x aft, y right, z up")->capture_default_str();
+  app.add_option("--reference", reference, "in, model axes: ranges count from here")->expected(3)->capture_default_str();
   app.add_option("--range", range, "ft")->capture_default_str();
   app.add_option("--elevation", elevation, "deg")->capture_default_str();
   app.add_option("--azimuth", azimuth, "deg")->capture_default_str();
@@ -96,14 +101,15 @@ int main(int argc, char** argv) {
   }
   const auto model = TankerModel::load(table, 0.0254, {190, 0, 95});
   if (!model.ok()) return fail(model.error());
-  const auto mesh = c12_mesh(*model);
+  const Vec3 reference_in(reference[0], reference[1], reference[2]);
+  const auto mesh = tanker_mesh(shape, *model);
   if (!mesh.ok()) return fail(mesh.error());
-  if (corners) measure(*mesh, *model);
-  if (times) time_frames(*mesh, *model, look);
+  if (corners) measure(*mesh, *model, reference_in);
+  if (times) time_frames(*mesh, *model, look, reference_in);
   if (picture.empty()) return 0;
   const Renderer renderer(Camera(lens(focal), made_up_windscreen(1024, 1024, 1).value()), *mesh, look, 1);
   std::vector<std::uint16_t> counts;
-  renderer.render(level_view(range, elevation, azimuth), counts);
+  renderer.render(level_view(range, elevation, azimuth, reference_in), counts);
   cv::Mat out(1024, 1024, CV_8U);
   for (std::size_t i = 0; i < counts.size(); ++i)
     out.data[i] = static_cast<std::uint8_t>(255 * std::pow(1.0 * counts[i] / renderer.look().sensor.top_count(), 1 / gamma) + 0.5);

@@ -189,6 +189,7 @@ Result<> read(const ConfigFile& file, Scenario& s, int depth) {
   std::string model;
   tanker.read("model", model);
   if (!model.empty()) s.tanker = file.resolve(model);
+  s.mesh.read(tanker, file);
   tanker.read_three("ins", 1e6, s.ins_in);
   tanker.read_three("reference", 1e6, s.reference_in);
   read_place(root.table("place"), s);

@@ -11,6 +11,7 @@
 
 #include "base/result.hpp"
 #include "geometry/camera.hpp"
+#include "hil/mesh_file.hpp"
 #include "hil/render.hpp"
 #include "hil/wander.hpp"
 
@@ -75,6 +76,7 @@ struct Scenario {
   Vec3 lens_in_receiver_m{2.4, 0, -0.6};
   Vec3 nose_from_lens_m{2.286, 0, 0.457};  ///< receiver body: the lens is 90 in aft of the nose and 18 in above
   std::string tanker;                      ///< path of the feature table, inches
+  TankerMeshConfig mesh{};                 ///< its shape
   Vec3 ins_in{190, 0, 95};                 ///< tanker INS, model axes, inches
   Vec3 reference_in{511, 0, 123};          ///< range counts from here
   double latitude_deg{35}, longitude_deg{-118}, height_m{6000}, speed_mps{110}, heading_deg{70};  ///< speed through the air

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <map>
 
+#include "base/file.hpp"
 #include "hil/made_up_windscreen.hpp"
 #include "record/flight.hpp"
 #include "service/rig.hpp"
@@ -124,6 +127,95 @@ TEST(GeneratedFlight, LeavesFeaturesAtTheBorderOutOfScoring) {
   // THEN its place is known all the same, and it is not scored
   EXPECT_EQ(cut[10].visibility, TruthVisibility::kDoNotScore);
   EXPECT_LT((cut[10].uv_px - full[10].uv_px).norm(), 0.01);
+}
+
+/// Flies two frames of a scenario with that mesh and that feature table; "flown" or the error.
+std::string flown_with(const test::TempDir& dir, const std::string& mesh, const std::string& table) {
+  std::ofstream(dir.file("own.obj")) << mesh;
+  std::ofstream(dir.file("own.csv")) << table;
+  const std::string heavy = std::filesystem::absolute("config/scenarios/heavy.toml").string();
+  std::ofstream(dir.file("own.toml")) << "base = \"" << heavy << "\"\nname = \"own\"\nframes = 2\n[tanker]\nmodel = \"own.csv\"\nmesh = \"own.obj\"\n";
+  FlightOptions options;
+  options.out = dir.file("flight");
+  options.threads = 2;
+  const auto s = Scenario::load(dir.file("own.toml"));
+  if (!s.ok()) return s.error().message();
+  const auto report = make_flight(*s, options);
+  return report.ok() ? "flown" : report.error().message();
+}
+
+TEST(GeneratedFlight, TakesAUsersMeshAndFeatureTable) {
+  // GIVEN a tanker that no code knows, by its mesh and its table
+  const test::TempDir dir;
+  const std::string table = read_file("config/heavy/tanker.csv").value();
+  ASSERT_EQ(flown_with(dir, read_file("config/heavy/tanker.obj").value(), table), "flown");
+  // THEN the flight carries that table, and most of its features are seen
+  const Rig rig = Rig::load(dir.file("flight") + "/rig.toml").value();
+  EXPECT_EQ(rig.tanker.features().size(), 36U);
+  EXPECT_EQ(read_file(dir.file("flight") + "/tanker.csv").value(), table);
+  int visible = 0;
+  each_message(dir.file("flight"), [&](const record::LogEvent& e) {
+    if (e.channel != channel::kTruth) return;
+    Truth truth;
+    ASSERT_TRUE(decode_truth(e.data.data(), e.data.size(), truth).ok());
+    for (const TruthPoint& p : truth.points) visible += p.visibility == TruthVisibility::kVisible;
+  });
+  EXPECT_GT(visible, 2 * 18);
+}
+
+TEST(GeneratedFlight, RefusesAMeshThatIsOpenOrLacksAFeatureNamingFileAndPlace) {
+  const test::TempDir open, off;
+  const std::string mesh = read_file("config/heavy/tanker.obj").value(), table = read_file("config/heavy/tanker.csv").value();
+  const std::string hole = flown_with(open, mesh.substr(0, mesh.rfind("\nf ") + 1), table);  // its last face is missing
+  EXPECT_NE(hole.find(open.file("own.obj")), std::string::npos) << hole;
+  EXPECT_NE(hole.find("is not closed: the edge from x "), std::string::npos) << hole;
+  const std::string lost = flown_with(off, mesh, table + "77,nowhere near,1000,0,900,corner,,0.1,1,invented\n");
+  EXPECT_NE(lost.find(off.file("own.csv")), std::string::npos) << lost;
+  EXPECT_NE(lost.find(off.file("own.obj")), std::string::npos) << lost;
+  EXPECT_NE(lost.find("feature 77 \"nowhere near\" at x 1000.000 y 0.000 z 900.000 in"), std::string::npos) << lost;
+}
+
+TEST(GeneratedFlight, TableOf38IsTheUsualOneWithEveryFeatureInUse) {
+  const auto usual = TankerModel::load("config/c12/tanker.csv", 0.0254, {190, 0, 95}).value(), all = TankerModel::load("config/c12/tanker38.csv", 0.0254, {190, 0, 95}).value();
+  ASSERT_EQ(all.features().size(), 38U);
+  ASSERT_EQ(usual.features().size(), 38U);
+  int more = 0;
+  for (std::size_t i = 0; i < 38; ++i) {
+    const Feature &a = all.features()[i], &u = usual.features()[i];
+    EXPECT_TRUE(a.enabled) << a.id;
+    EXPECT_TRUE(a.id == u.id && a.name == u.name && a.p_m.xyz == u.p_m.xyz && a.normals_m == u.normals_m && a.sigma_m == u.sigma_m) << a.id;
+    more += !u.enabled;
+  }
+  EXPECT_EQ(more, 9);
+}
+
+TEST(GeneratedFlight, FliesAllThirtyEightFeatures) {
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  s.frames = 1;
+  s.tanker = "config/c12/tanker38.csv";
+  const Rig rig = Rig::load(fly(s, dir) + "/rig.toml").value();
+  for (const Feature& f : rig.tanker.features()) EXPECT_TRUE(f.enabled) << f.id;
+}
+
+TEST(GeneratedFlight, TakesPicturesFromTheCacheAndDrawsThemAgainWhenTheyChange) {
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  const auto rendered = [&](const char* name) {
+    FlightOptions options;
+    options.out = dir.file(name);
+    options.threads = 2;
+    return make_flight(s, options).value().rendered;
+  };
+  s.frames = 1;
+  EXPECT_TRUE(rendered("first"));
+  s.navigation.seed = 99;
+  EXPECT_FALSE(rendered("other navigation"));
+  s.look.light.sun_elevation_deg = 20;
+  EXPECT_TRUE(rendered("other light"));
+  s.look.light.sun_elevation_deg = Scenario::load("config/scenarios/embedded.toml")->look.light.sun_elevation_deg;
+  std::filesystem::remove_all(dir.file("cache"));
+  EXPECT_TRUE(rendered("cache removed"));
 }
 
 TEST(MadeUpWindscreen, ItsCalibrationIsNearlyRightAndNotRight) {

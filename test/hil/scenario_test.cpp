@@ -51,6 +51,15 @@ TEST(Scenario, TakesFromItsBaseWhatItDoesNotSay) {
   EXPECT_EQ(s.navigation.error_px, base.navigation.error_px);
 }
 
+TEST(Scenario, KeepsTheMeshOfItsBaseWhenItSaysOtherThingsAboutTheTanker) {
+  const test::TempDir dir;
+  std::ofstream(dir.file("own.toml")) << "base = \"" << std::filesystem::absolute("config/scenarios/heavy.toml").string() << "\"\n[tanker]\nmesh_feature_tolerance_in = 0.5\n";
+  const Scenario s = Scenario::load(dir.file("own.toml")).value(), heavy = Scenario::load("config/scenarios/heavy.toml").value();
+  EXPECT_TRUE(std::filesystem::equivalent(s.mesh.mesh, "config/heavy/tanker.obj")) << s.mesh.mesh;
+  EXPECT_NEAR(s.mesh.feature_tolerance_m, 0.0127, 1e-12);
+  EXPECT_EQ(s.mesh.file.metres_per_unit, heavy.mesh.file.metres_per_unit);
+}
+
 TEST(Scenario, RefusalsNameFileLineAndWhatWasExpected) {
   EXPECT_NE(refusal("base = \"base.toml\"\n[navigation]\nposition_sigma = 1.0\n").find("x.toml:3: navigation.position_sigma: unknown key"), std::string::npos);
   EXPECT_NE(refusal("base = \"base.toml\"\n[[leg]]\nfor_s = 3.0\nrange_ft = 50.0\nup_ftps = 1.0\n").find("rates or a place"), std::string::npos);
