@@ -8,13 +8,12 @@
 ///            An hour at most, as it flies straight and the earth does not.
 /// Tanker     its INS is the mean of the features; one TSPI sample of each aircraft at each frame's mid-exposure time.
 /// Sigmas     of the prior: `prior_sigma_px` on the image, three times that in depth, half of it in rotation at the tanker's
-///            radius. 0: estimated from the scatter of the prior itself, see estimate_sigma_px.
+///            radius. 0: estimated from the scatter of the prior itself, see estimate_sigma_px in import_readers.hpp.
+#include <cstddef>
+#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "base/result.hpp"
-#include "geometry/camera.hpp"
-#include "geometry/tanker_model.hpp"
 
 namespace cyclops::tools {
 
@@ -36,22 +35,15 @@ struct ImportReport {
   bool from_colour{false};
   std::size_t features{0};
   bool has_truth{false};
+  std::int64_t frames_without_truth{0};  ///< frames without a row in truth.csv; 0 when there is no such file
   int nav_every_n{1};
   double sigma_px{0};               ///< prior sigma used, px per axis
 };
 
-struct PriorPose {
-  std::int64_t frame{0};
-  std::int64_t t_ns{0};
-  Pose<frame::C, frame::M> T_c_m{};
-  bool nav_update{true};
-};
-
-/// Noise of the prior that is not motion: median second difference of the projected mean feature, taken as the white fifth of
-/// the variance of a prior whose other four fifths vary slowly. 1.5 to 15 px.
-double estimate_sigma_px(const std::vector<PriorPose>& prior, const Camera& camera, const Point<frame::M>& middle);
-
-Result<std::vector<PriorPose>> read_prior(const std::string& path, double rate_hz);
+/// All but the pictures is read before anything is written; what a later error leaves in `out` is no flight.
+/// Errors   those of import_readers.hpp and record/flight.hpp; kNotFound: a pose without a picture; kInvalid: pictures of 8 and of
+///          16 bits, or a model behind the camera.
+/// Threads  one a folder `out`.
 Result<ImportReport> import_folder(const ImportOptions& options);
 
 }  // namespace cyclops::tools

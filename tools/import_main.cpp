@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <string>
 
 #include "tools/import.hpp"
 
@@ -20,8 +21,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "cyclops-import: %s\n", report.error().message().c_str());
     return 1;
   }
-  std::printf("%s: %lld frames %d x %d, %d bit%s, %zu features, truth %s, navigation marked every %d frames, prior sigma %.1f px\n", options.out.c_str(),
+  const std::string without = report->frames_without_truth > 0 ? " (" + std::to_string(report->frames_without_truth) + " frames without)" : "";
+  std::printf("%s: %lld frames %d x %d, %d bit%s, %zu features, truth %s%s, navigation marked every %d frames, prior sigma %.1f px\n", options.out.c_str(),
               static_cast<long long>(report->frames), report->width, report->height, report->sixteen_bit ? 16 : 8, report->from_colour ? " (from colour)" : "",
-              report->features, report->has_truth ? "yes" : "no", report->nav_every_n, report->sigma_px);
+              report->features, report->has_truth ? "yes" : "no", without.c_str(), report->nav_every_n, report->sigma_px);
   return 0;
 }

@@ -57,8 +57,10 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("min_evidence", 0.0, 1e3, c.min_evidence);
   t.read_in("min_margin", 0.0, 1e3, c.min_margin);
   t.read_in("min_inliers", 2, 64, c.min_inliers);
+  t.read_in("min_support", 0.0, 1.0, c.min_support);
   t.read_in("inlier_px", 0.1, 50.0, c.inlier_px);
   t.read_in("robust_scale", 0.5, 20.0, c.robust_scale);
+  t.read_in("common_px", 0.0, 10.0, c.common_px);
   t.read_in("track_floor_px", 0.1, 50.0, c.track_floor_px);
   t.read_in("track_growth_px_s", 0.0, 1e3, c.track_growth_px_s);
   t.read_in("track_bonus", 0.0, 100.0, c.track_bonus);
@@ -125,7 +127,7 @@ struct Aligner::State {
   void add_edges(const CameraPose& pose, double slack_px, Mat6& H, Vec6& g) const;
   void learn(const Alignment& out);
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
-  void place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const;
+  void place(const CameraPose& pose, const Mat6& P, double common_px, PredictionSet& predicted) const;
 };
 
 /// Navigation's pose and covariance moved into the camera, boresight added. d rotation = R e_r, d translation = R e_t;
@@ -408,7 +410,7 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
     s.used = prior;
     s.refine(prior, best.d, out);
     const auto needed = static_cast<std::uint32_t>(std::max(2, s.config.min_inliers - (out.considered < 7 ? 1 : 0)));
-    out.consensus = out.inliers >= needed && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
+    out.consensus = out.inliers >= needed && out.inliers >= s.config.min_support * out.considered && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
     if (s.nav.valid) {
       const Vec6 gap = difference(s.nav.T, out.T_c_k);
       out.nav_disagreement = gap.dot((s.nav.P + out.covariance).ldlt().solve(gap));
@@ -432,14 +434,14 @@ void Aligner::learn(const Alignment& alignment) {
 double Aligner::corner_variance_px2(std::uint16_t feature) const { return s_->scatter[feature]; }
 
 void Aligner::apply(const Alignment& alignment, PredictionSet& predicted) const {
-  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, predicted);
+  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, s_->config.common_px, predicted);
 }
 
 void Aligner::widen(PredictionSet& predicted) const {
-  s_->place(prior_pose(), s_->nav.valid ? s_->nav.P : s_->track.P, predicted);
+  s_->place(prior_pose(), s_->nav.valid ? s_->nav.P : s_->track.P, 0, predicted);
 }
 
-void Aligner::State::place(const CameraPose& pose, const Mat6& P, PredictionSet& predicted) const {
+void Aligner::State::place(const CameraPose& pose, const Mat6& P, double common_px, PredictionSet& predicted) const {
   for (Prediction& p : predicted.items) {
     if (p.visibility == Visibility::kDisabled || p.visibility == Visibility::kFacingAway || p.visibility == Visibility::kHidden) continue;
     Eigen::Matrix<double, 2, 3> J;
@@ -452,7 +454,7 @@ void Aligner::State::place(const CameraPose& pose, const Mat6& P, PredictionSet&
     full << -J * skew(pose.rotation().rotate(body[p.feature].xyz)), J;
     const double survey = model.features()[p.feature].sigma_m;
     p.uv_px = *uv;
-    p.cov_px2 = full * P * full.transpose() + survey * survey * J * J.transpose();
+    p.cov_px2 = full * P * full.transpose() + survey * survey * J * J.transpose() + common_px * common_px * Mat2::Identity();
     p.visibility = camera.inside(*uv) ? Visibility::kVisible : Visibility::kOutsideImage;
   }
 }

@@ -36,8 +36,10 @@ struct AlignConfig {
   double min_evidence{3.0};
   double min_margin{1.0};
   int min_inliers{4};             ///< one less when fewer than 7 features can be seen
+  double min_support{0.3};        ///< and this share of the features in view
   double inlier_px{3.0};          ///< radius within which a corner supports the final pose
   double robust_scale{1.5};       ///< residuals beyond this many sigma lose their weight
+  double common_px{0.3};          ///< error that corners of one frame may share (light, blur, survey): part of every aligned prediction
   double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
   double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus
   double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose

@@ -10,6 +10,7 @@ Result<PatchConfig> PatchConfig::read(ConfigTable& table, PatchConfig c) {
   table.read_in("search_most_px", 1.0, 8.0, c.search_most_px);
   table.read_in("view_deg", 0.5, 90.0, c.view_deg);
   table.read_in("scale", 1.01, 1.5, c.scale);
+  table.read_in("least_support", 0.0, 1.0, c.least_support);
   table.read_in("anchor_floor_px", 0.01, 10.0, c.anchor_floor_px);
   table.read_in("steady_px", 0.01, 10.0, c.steady_px);
   table.read_in("sigma_most_px", 0.05, 10.0, c.sigma_most_px);

@@ -12,7 +12,8 @@ struct PatchConfig {
   double search_most_px{4};
   double view_deg{4};             ///< a view turned further than this is looked at anew
   double scale{1.2};              ///< or nearer, or further, by this factor
-  double anchor_floor_px{0.2};    ///< 1 sigma of a patch about its feature, however long it has been watched
+  double least_support{0.3};      ///< share of the features in view whose corners agree with the pose, below which no match is used
+  double anchor_floor_px{0.15};    ///< 1 sigma of a patch about its feature, however long it has been watched
   double steady_px{1.0};          ///< most rms an axis of a patch about its anchor
   double sigma_most_px{1.2};      ///< a match is used when its larger 1 sigma is below this
 

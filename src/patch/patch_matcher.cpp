@@ -60,6 +60,7 @@ void PatchMatcher::reset() {
 
 void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners) {
   if (!config_.enabled || !alignment.consensus || image.data == nullptr) return;
+  const bool supported = alignment.inliers >= config_.least_support * alignment.considered;
   for (const Prediction& p : aligned.items) {
     if (p.visibility != Visibility::kVisible) continue;
     Patch& patch = patches_[p.feature];
@@ -81,7 +82,7 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
         corner.kind = PointKind::kPatch;
         corner.feature = p.feature;
         const bool steady = patch.wander2 <= config_.steady_px * config_.steady_px;
-        if (steady && larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
+        if (supported && steady && larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
         anew = !looks_alike(patch, alignment.T_c_k, p.feature);
       } else {
         anew = ++patch.misses >= kMostMisses;

@@ -43,6 +43,17 @@ TEST(Config, RefusesControlCharactersThatTomlForbids) {
   EXPECT_TRUE(ConfigFile::parse("a\t= 1\r\n", "a.toml").ok());
 }
 
+TEST(Config, OtherCharactersThanAsciiStandInQuotesAndCommentsOnly) {
+  auto file = ConfigFile::parse("# \xC2\xB5m\na = \"Fl\xC3\xBCge # \xC2\xB5\"  # \xC2\xB1 1\n", "a.toml");
+  ASSERT_TRUE(file.ok()) << file.error().message();
+  std::string a;
+  file->root().read("a", a);
+  EXPECT_EQ(a, "Fl\xC3\xBCge # \xC2\xB5");
+  const auto outside = ConfigFile::parse("a = 1\n\xC2\xB5 = 2\n", "a.toml");
+  ASSERT_FALSE(outside.ok());
+  EXPECT_EQ(outside.error().message(), "a.toml:2: holds a character that is not ASCII outside quotes and comments");
+}
+
 TEST(Config, RefusesATableNameThatIsNone) {
   for (const char* text : {"a = 1\n[(b]\nc = 2\n", "a = 1\n[(b]", "a = 1\n[[=]]\n"}) {
     const auto file = ConfigFile::parse(text, "a.toml");

@@ -21,6 +21,7 @@ class PatchMatcherTest : public ::testing::Test {
   void frame(PatchMatcher& matcher, int n, const test::CameraPose& aligned_pose, const test::Paint& paint = blots) {
     image = plate.draw(truth(n), paint, dark, static_cast<std::uint64_t>(n + 1));
     alignment.consensus = true;
+    alignment.inliers = alignment.considered = 6;
     alignment.T_c_k = aligned_pose;
     plate.predict(aligned_pose, 0.3, *aligned);
     corners->items.clear();

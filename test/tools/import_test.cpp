@@ -166,6 +166,15 @@ TEST_F(ImportTest, TruthIsTakenAlong) {
   EXPECT_EQ(n, 1) << "one frame has truth";
 }
 
+TEST_F(ImportTest, CountsTheFramesThatATruthFileLeavesOut) {
+  // GIVEN no truth.csv THEN no frame is said to be without
+  EXPECT_EQ(import_folder(options_).value().frames_without_truth, 0);
+  // GIVEN rows of three frames, one of them hidden, and of a frame that the prior does not know
+  spill("truth.csv", "frame,id,u_px,v_px,visible\n0,1,10.5,20.25,1\n0,9,11,12,2\n7,1,1,2,0\n11,1,1,2,1\n99,1,1,2,1\n");
+  // THEN the other nine are counted
+  EXPECT_EQ(import_folder(options_).value().frames_without_truth, kFrames - 3);
+}
+
 TEST_F(ImportTest, NamesThePictureThatIsMissing) {
   fs::remove(dir_.file("in/frames/f_007.png"));
   EXPECT_EQ(error(), dir_.file("in") + "/frames: no picture for frame 7 of the prior");
