@@ -118,7 +118,7 @@ $(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/su
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lopencv_calib3d -lopencv_video -lopencv_features2d -o $@
--include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(MAINS) test/support.cpp))
+-include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
 SCENARIO ?= config/scenarios/s1.toml

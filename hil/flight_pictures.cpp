@@ -22,6 +22,7 @@
 #include "hil/flight_figures.hpp"
 #include "hil/flight_rig.hpp"
 #include "record/flight.hpp"
+#include "wire/encode.hpp"
 
 namespace cyclops::hil {
 namespace {
@@ -37,6 +38,30 @@ Frame drawn(const FlightScene& scene, int i) {
   scene.renderer().render(v, f.pixels);
   f.truth = scene.renderer().truth(v, scene.model, &f.pixels);
   return f;
+}
+
+static_assert(kOutOfField == truth_t::OUT_OF_FIELD && kFacesAway == truth_t::FACES_AWAY && kOccluded == truth_t::OCCLUDED && kInShadow == truth_t::IN_SHADOW &&
+              kSaturated == truth_t::SATURATED && kAtBorder == truth_t::AT_BORDER && kGrazing == truth_t::GRAZING && kHalfHidden == truth_t::HALF_HIDDEN &&
+              kBlownOut == truth_t::BLOWN_OUT);
+
+Truth truth_of(const FlightScene& scene, int i, const std::vector<FeatureTruth>& features) {
+  Truth t;
+  t.camera_frame_id = static_cast<std::uint64_t>(i + 1);
+  t.t_mid = {scene.mid_ns(i)};
+  t.exposure = {to_ns(scene.scenario.exposure_us * 1e-6)};
+  t.has_pose = true;
+  t.T_r_k = relative(scene.motion.receiver(scene.mid_s(i)), scene.motion.tanker(scene.mid_s(i)));
+  t.sun_c = scene.view(i).R_n_c.transpose() * scene.renderer.look().light.to_sun_n();
+  t.has_detail = true;
+  for (const FeatureTruth& f : features)
+    if (f.in_front) t.points.push_back({f.id, f.raw_px, f.doubtful ? TruthVisibility::kDoNotScore : f.visible ? TruthVisibility::kVisible : TruthVisibility::kHidden, f.reasons, f.ideal_px});
+  return t;
+}
+
+truth_t truth_message(const FlightScene& scene, int i, const std::vector<FeatureTruth>& features) {
+  truth_t out;
+  fill(out, truth_of(scene, i, features));
+  return out;
 }
 
 class Sha256 {
@@ -121,11 +146,10 @@ std::string content_key(const FlightScene& scene) {
   for (int i : {0, n / 2, n - 1}) {
     const Frame f = drawn(scene, i);
     sum.add(f.pixels.data(), f.pixels.size() * sizeof f.pixels[0]);
-    for (const FeatureTruth& t : f.truth) {
-      sum.add(t.id);
-      sum.add(t.raw_px.data(), sizeof(Vec2));
-      sum.add(t.in_front * 4 + t.visible * 2 + t.doubtful);
-    }
+    const truth_t truth = truth_message(scene, i, f.truth);  // begins with the type's fingerprint
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(truth.getEncodedSize()));
+    truth.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    sum.add(bytes.data(), bytes.size());
   }
   return sum.hex().substr(0, 20);
 }
@@ -194,30 +218,9 @@ class Maker {
     index.recorded_in = "frames.lcm";
     index.recorded_at = *number;
     queue_.add(arrival, "FRAME", index);
-    queue_.add(arrival, "TRUTH", truth(i, index.mid_exposure_ns, drawn.truth));
+    queue_.add(arrival, "TRUTH", truth_message(scene_, i, drawn.truth));
     figures_.add(i, drawn.pixels, drawn.truth);
     return Ok{};
-  }
-
-  [[nodiscard]] truth_t truth(int i, std::int64_t mid_ns, const std::vector<FeatureTruth>& features) const {
-    const auto T_r_k = relative(scene_.motion.receiver(scene_.mid_s(i)), scene_.motion.tanker(scene_.mid_s(i)));
-    const Eigen::Quaterniond q = T_r_k.rotation().quaternion();
-    truth_t t{};
-    t.camera_frame_id = i + 1;
-    t.mid_exposure_ns = mid_ns;
-    t.has_pose = 1;
-    const double w[4] = {q.w(), q.x(), q.y(), q.z()};
-    std::copy(w, w + 4, t.q_r_k);
-    for (int a = 0; a < 3; ++a) t.t_r_k_m[a] = T_r_k.translation().xyz[a];
-    for (const FeatureTruth& f : features) {
-      if (!f.in_front) continue;
-      t.id.push_back(f.id);
-      t.u_px.push_back(f.raw_px.x());
-      t.v_px.push_back(f.raw_px.y());
-      t.visible.push_back(f.doubtful ? truth_t::DO_NOT_SCORE : f.visible ? truth_t::VISIBLE : truth_t::HIDDEN);
-    }
-    t.n = static_cast<std::int32_t>(t.id.size());
-    return t;
   }
 
   const FlightScene& scene_;

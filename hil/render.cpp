@@ -32,6 +32,18 @@ double set_by_hand(const Look& look, const Sky& sky) {
   return std::clamp(std::sqrt(e / (kAim * look.sensor.full_well_e)), kWidest, kNarrowest);
 }
 
+/// kSaturated and kBlownOut: some or all of the 3 x 3 pixels about a place within the image.
+std::uint32_t saturation(const std::vector<std::uint16_t>& image, const Intrinsics& k, const Vec2& uv, int count) {
+  const int u0 = static_cast<int>(std::lround(uv.x())), v0 = static_cast<int>(std::lround(uv.y()));
+  bool some = false, all = true;
+  for (int v = std::max(v0 - 1, 0); v <= std::min(v0 + 1, k.height - 1); ++v)
+    for (int u = std::max(u0 - 1, 0); u <= std::min(u0 + 1, k.width - 1); ++u) {
+      const bool full = image[static_cast<std::size_t>(v) * static_cast<std::size_t>(k.width) + static_cast<std::size_t>(u)] >= count;
+      some |= full, all &= full;
+    }
+  return (some ? kSaturated : 0U) | (some && all ? kBlownOut : 0U);
+}
+
 }  // namespace
 
 Renderer::Renderer(Camera camera, Mesh mesh, const Look& look, std::uint64_t seed) : camera_(std::move(camera)), look_(look), seed_(seed), sky_(std::make_unique<Sky>(look, seed)) {
@@ -75,7 +87,7 @@ std::vector<FeatureTruth> Renderer::truth(const View& view, const TankerModel& m
     if (!uv) { out.push_back(t); continue; }
     t.in_front = true;
     t.raw_px = *uv;
-    t.ideal_px = camera_.windscreen().undistort(*uv);
+    t.ideal_px = camera_.project_ideal(p).value();  // in front, or there were no uv
     const Vec3 to_eye = (eye - f.p_m.xyz).normalized();
     double best = f.normals_m.empty() ? 1 : -1, sun = -1;
     Vec3 face = to_eye;
@@ -95,14 +107,9 @@ std::vector<FeatureTruth> Renderer::truth(const View& view, const TankerModel& m
     say(best > 0 && best < kGrazingCosine, kGrazing);
     say(best > 0 && seen != lifted_free, kHalfHidden);
     say(!f.normals_m.empty() && (sun <= 0 || !rays_->free(f.p_m.xyz + kLift_m * out_of_skin, f.p_m.xyz + 100 * to_sun, 0)), kInShadow);
-    if (image != nullptr && inside) {
-      const int u0 = static_cast<int>(std::lround(uv->x())), v0 = static_cast<int>(std::lround(uv->y()));
-      for (int v = std::max(v0 - 1, 0); v <= std::min(v0 + 1, k.height - 1); ++v)
-        for (int u = std::max(u0 - 1, 0); u <= std::min(u0 + 1, k.width - 1); ++u)
-          say((*image)[static_cast<std::size_t>(v) * static_cast<std::size_t>(k.width) + static_cast<std::size_t>(u)] >= saturated, kSaturated);
-    }
+    if (image != nullptr && inside) t.reasons |= saturation(*image, k, *uv, saturated);
     t.visible = inside && best > kFacing && seen;
-    t.doubtful = inside && ((best > 0 && best < kGrazingCosine && seen) || (best > kFacing && seen != lifted_free) || (t.visible && border < kBorder_px));
+    t.doubtful = inside && ((best > 0 && best < kGrazingCosine && seen) || (best > kFacing && seen != lifted_free) || (t.visible && (border < kBorder_px || (t.reasons & kBlownOut) != 0)));
     out.push_back(t);
   }
   return out;

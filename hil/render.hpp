@@ -30,17 +30,17 @@ struct View {
 
 /// Why a feature is not visible, or should not be scored; a mask.
 enum Reason : std::uint32_t {
-  kOutOfField = 1, kFacesAway = 2, kOccluded = 4, kInShadow = 8, kSaturated = 16, kAtBorder = 32, kGrazing = 64, kHalfHidden = 128,
+  kOutOfField = 1, kFacesAway = 2, kOccluded = 4, kInShadow = 8, kSaturated = 16, kAtBorder = 32, kGrazing = 64, kHalfHidden = 128, kBlownOut = 256,
 };
 
 struct FeatureTruth {
   std::int32_t id{0};
   Vec2 raw_px{0, 0};
-  Vec2 ideal_px{0, 0};           ///< lens model, but no windscreen
+  Vec2 ideal_px{0, 0};           ///< neither windscreen nor lens distortion
   bool in_front{false};          ///< else the pixels say nothing
   bool visible{false};           ///< in the field, facing the camera and nothing before it; shadow and saturation do not count
-  bool doubtful{false};          ///< within 3 px of the border, seen at less than 1.5 deg, or half hidden: a skin or a bracket so
-                                 ///< close before it that half the margin decides. Not to be scored
+  bool doubtful{false};          ///< within 3 px of the border, seen at less than 1.5 deg, blown out (all 3 x 3 pixels saturated), or half
+                                 ///< hidden: a skin or a bracket so close before it that half the margin decides. Not to be scored
   std::uint32_t reasons{0};      ///< Reason
 };
 

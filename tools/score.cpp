@@ -97,7 +97,9 @@ Result<std::vector<truth_t>> read_truth(const std::string& flight) {
     if (!more.ok()) return more.error();
     if (!*more) return out;
     truth_t m;
-    if (event.channel == "TRUTH" && decode(event, m)) out.push_back(m);
+    if (event.channel != "TRUTH") continue;
+    if (!decode(event, m)) return make_error(ErrorCode::kCorrupt, flight + "/messages.lcm", "TRUTH is damaged or of another version of truth_t: make or import the flight again");
+    out.push_back(m);
   }
 }
 

@@ -45,6 +45,9 @@ static_assert(is(MatchReason::kMatched, measurement_t::MATCHED) && is(MatchReaso
 static_assert(is(PointKind::kCorner, measurement_t::CORNER) && is(PointKind::kCrossing, measurement_t::CROSSING) && is(PointKind::kPatch, measurement_t::PATCH));
 static_assert(is(TruthVisibility::kHidden, truth_t::HIDDEN) && is(TruthVisibility::kVisible, truth_t::VISIBLE) &&
               is(TruthVisibility::kDoNotScore, truth_t::DO_NOT_SCORE));
+// The reasons are a mask: one bit each, none left out (decode_truth takes all below twice the last). hil/ compares its own.
+static_assert((truth_t::OUT_OF_FIELD | truth_t::FACES_AWAY | truth_t::OCCLUDED | truth_t::IN_SHADOW | truth_t::SATURATED | truth_t::AT_BORDER |
+               truth_t::GRAZING | truth_t::HALF_HIDDEN | truth_t::BLOWN_OUT) == 2 * truth_t::BLOWN_OUT - 1);
 static_assert(is(EventLevel::kInfo, event_t::INFO) && is(EventLevel::kWarning, event_t::WARNING) && is(EventLevel::kFault, event_t::FAULT) &&
               is(EventLevel::kRecovery, event_t::RECOVERY) && is(EventLevel::kMark, event_t::MARK));
 

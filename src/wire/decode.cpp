@@ -15,6 +15,8 @@ namespace {
 using wire::Reader;
 
 constexpr double kFarPixel = 1e6;     // px; a point of truth may lie outside the image
+constexpr int kAllReasons = 2 * truth_t::BLOWN_OUT - 1;
+constexpr double kUnitNorm = 1e-6;    // how far a direction may be from length 1
 constexpr std::size_t kMaxName = 255;
 constexpr std::size_t kMaxText = 4095;
 
@@ -31,6 +33,28 @@ void check_sender(Reader& in, std::int8_t aircraft, std::int8_t status, Aircraft
   if (status == tspi_t::STATUS_INVALID) in.fail(ErrorCode::kUnusable, "status", "is INVALID");
   if (status < tspi_t::STATUS_GOOD || status > tspi_t::STATUS_INVALID)
     in.fail(ErrorCode::kInvalid, "status", "is " + std::to_string(status) + ", expected 0 to 2");
+}
+
+void read_pose(Reader& in, Truth& out) {
+  out.has_pose = in.flag("has_pose");
+  Vec3 t;
+  for (int i = 0; i < 3; ++i) t[i] = in.get<double>("t_r_k_m");
+  Eigen::Quaterniond q(1, 0, 0, 0);
+  if (out.has_pose) q = in.quaternion<Eigen::Quaterniond>("q_r_k", tspi_limits::kQuaternionNorm);
+  else in.take("q_r_k", 32);
+  if (out.has_pose && !(t.norm() < 1e6)) in.fail(ErrorCode::kInvalid, "t_r_k_m", "is not finite or longer than 1000 km");
+  out.T_r_k = out.has_pose ? Pose<frame::R, frame::K>(Rotation<frame::R, frame::K>(q), Point<frame::R>(t)) : Pose<frame::R, frame::K>();
+}
+
+void read_detail(Reader& in, Truth& out) {
+  const std::size_t n = in.length("n_detail", kMaxFeatures);
+  if (in.ok() && n != 0 && n != out.points.size())
+    in.fail(ErrorCode::kCorrupt, "n_detail", "is " + std::to_string(n) + ", expected 0 or n = " + std::to_string(out.points.size()));
+  out.has_detail = n != 0;
+  if (!in.ok() || !out.has_detail) return;
+  for (TruthPoint& p : out.points) p.reasons = static_cast<std::uint32_t>(in.small<std::int16_t>("reasons", 0, kAllReasons));
+  for (TruthPoint& p : out.points) p.ideal_px.x() = in.real("ideal_u_px", -kFarPixel, kFarPixel);
+  for (TruthPoint& p : out.points) p.ideal_px.y() = in.real("ideal_v_px", -kFarPixel, kFarPixel);
 }
 
 }  // namespace
@@ -88,14 +112,10 @@ Result<> decode_truth(const void* data, std::size_t size, Truth& out) {
   Reader in = open<truth_t>(channel::kTruth, data, size);
   out.camera_frame_id = static_cast<std::uint64_t>(in.whole("camera_frame_id", 0, kMaxTime_ns));
   out.t_mid = time(in, "mid_exposure_ns");
-  out.has_pose = in.flag("has_pose");
-  Vec3 t;
-  for (int i = 0; i < 3; ++i) t[i] = in.get<double>("t_r_k_m");
-  Eigen::Quaterniond q(1, 0, 0, 0);
-  if (out.has_pose) q = in.quaternion<Eigen::Quaterniond>("q_r_k", tspi_limits::kQuaternionNorm);
-  else in.take("q_r_k", 32);
-  if (out.has_pose && !(t.norm() < 1e6)) in.fail(ErrorCode::kInvalid, "t_r_k_m", "is not finite or longer than 1000 km");
-  out.T_r_k = out.has_pose ? Pose<frame::R, frame::K>(Rotation<frame::R, frame::K>(q), Point<frame::R>(t)) : Pose<frame::R, frame::K>();
+  out.exposure = {in.whole("exposure_ns", 0, kMaxExposure_ns)};
+  read_pose(in, out);
+  out.sun_c = in.vector<Vec3>("sun_c", 1 + kUnitNorm);
+  if (in.ok() && out.sun_c.norm() != 0 && out.sun_c.norm() < 1 - kUnitNorm) in.fail(ErrorCode::kInvalid, "sun_c", "is neither a unit vector nor zero");
   const std::size_t n = in.length("n", kMaxFeatures);
   out.points.clear();
   out.points.resize(n);
@@ -104,6 +124,7 @@ Result<> decode_truth(const void* data, std::size_t size, Truth& out) {
   for (TruthPoint& p : out.points) p.uv_px.y() = in.real("v_px", -kFarPixel, kFarPixel);
   for (TruthPoint& p : out.points)
     p.visibility = static_cast<TruthVisibility>(in.small<std::int8_t>("visible", truth_t::HIDDEN, truth_t::DO_NOT_SCORE));
+  read_detail(in, out);
   in.finish();
   if (!in.ok()) return in.error();
   return Ok{};

@@ -31,6 +31,7 @@ inline constexpr double kAttitudeSigma_rad = 3.2;
 
 /// No time lies further from zero than this, so that differences do not overflow. ns, 126 years.
 inline constexpr std::int64_t kMaxTime_ns = 4'000'000'000'000'000'000;
+inline constexpr std::int64_t kMaxExposure_ns = 10'000'000'000;
 
 [[nodiscard]] Result<TspiReport> decode_tspi(const void* data, std::size_t size, Aircraft expected);
 [[nodiscard]] Result<LineEdge> decode_strobe_edge(const void* data, std::size_t size);

@@ -12,7 +12,6 @@ using wire::Reader;
 
 constexpr std::size_t kMaxName = 255;
 constexpr std::size_t kMaxThumbnail = std::size_t{1} << 20;
-constexpr std::int64_t kMaxExposure_ns = 10'000'000'000;
 
 PixelFormat pixel_format(Reader& in) {
   return static_cast<PixelFormat>(in.small<std::int8_t>("pixel_format", frame_index_t::MONO8, frame_index_t::MONO16));

@@ -111,21 +111,33 @@ void fill(time_mark_t& out, const TimeMark& mark, MarkSource source) {
 void fill(truth_t& out, const Truth& truth) {
   out.camera_frame_id = static_cast<std::int64_t>(truth.camera_frame_id);
   out.mid_exposure_ns = truth.t_mid.ns;
+  out.exposure_ns = truth.exposure.ns;
   out.has_pose = truth.has_pose ? 1 : 0;
   put(out.t_r_k_m, truth.T_r_k.translation().xyz);
   put(out.q_r_k, truth.T_r_k.rotation().quaternion());
-  const std::size_t n = truth.points.size();
+  put(out.sun_c, truth.sun_c);
+  const std::size_t n = truth.points.size(), detail = truth.has_detail ? n : 0;
   out.n = static_cast<std::int32_t>(n);
   out.id.resize(n);
   out.u_px.resize(n);
   out.v_px.resize(n);
   out.visible.resize(n);
+  out.n_detail = static_cast<std::int32_t>(detail);
+  out.reasons.resize(detail);
+  out.ideal_u_px.resize(detail);
+  out.ideal_v_px.resize(detail);
   for (std::size_t i = 0; i < n; ++i) {
     const TruthPoint& p = truth.points[i];
     out.id[i] = p.id;
     out.u_px[i] = p.uv_px.x();
     out.v_px[i] = p.uv_px.y();
     out.visible[i] = code(p.visibility);
+  }
+  for (std::size_t i = 0; i < detail; ++i) {
+    const TruthPoint& p = truth.points[i];
+    out.reasons[i] = static_cast<std::int16_t>(p.reasons);
+    out.ideal_u_px[i] = p.ideal_px.x();
+    out.ideal_v_px[i] = p.ideal_px.y();
   }
 }
 

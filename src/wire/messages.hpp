@@ -57,12 +57,17 @@ struct TruthPoint {
   FeatureId id{0};
   Vec2 uv_px{0, 0};                               ///< raw pixel
   TruthVisibility visibility{TruthVisibility::kHidden};
+  std::uint32_t reasons{0};                       ///< truth_t::OUT_OF_FIELD .. BLOWN_OUT; only with has_detail
+  Vec2 ideal_px{0, 0};                            ///< without windscreen and lens distortion; only with has_detail
 };
 struct Truth {
   std::uint64_t camera_frame_id{0};
   Time t_mid{};
+  Duration exposure{};                            ///< 0: unknown
   bool has_pose{false};
   Pose<frame::R, frame::K> T_r_k{};               ///< only with has_pose
+  Vec3 sun_c{0, 0, 0};                            ///< unit vector towards the sun, camera axes; zero: unknown
+  bool has_detail{false};                         ///< the points say why, and where they would be without lens and windscreen
   StaticVector<TruthPoint, kMaxFeatures> points{};
 };
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "base/file.hpp"
+#include "hil/flight_scene.hpp"
 #include "hil/made_up_windscreen.hpp"
 #include "record/flight.hpp"
 #include "service/rig.hpp"
@@ -216,6 +217,63 @@ TEST(GeneratedFlight, TakesPicturesFromTheCacheAndDrawsThemAgainWhenTheyChange) 
   s.look.light.sun_elevation_deg = Scenario::load("config/scenarios/embedded.toml")->look.light.sun_elevation_deg;
   std::filesystem::remove_all(dir.file("cache"));
   EXPECT_TRUE(rendered("cache removed"));
+
+std::vector<Truth> truths(const std::string& folder) {
+  std::vector<Truth> out;
+  each_message(folder, [&](const record::LogEvent& e) {
+    if (e.channel != channel::kTruth) return;
+    EXPECT_TRUE(decode_truth(e.data.data(), e.data.size(), out.emplace_back()).ok());
+  });
+  return out;
+}
+
+TEST(GeneratedFlight, TruthIsWhatTheFrameWasDrawnFrom) {
+  // GIVEN a flight with lens and windscreen, and the same scene once more
+  const test::TempDir dir;
+  Scenario s = small_scenario();
+  s.windscreen = 1;
+  s.camera.k1 = -0.05;
+  const auto scene = FlightScene::load(s).value();
+  const auto got = truths(fly(s, dir));
+  ASSERT_EQ(got.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    const Truth& t = got[static_cast<std::size_t>(i)];
+    // THEN the pose gives the view, and the sun in camera axes is the scenario's
+    const View view = scene->view(i);
+    ASSERT_TRUE(t.has_pose && t.has_detail);
+    EXPECT_LT((scene->camera_from_model(t.T_r_k, scene->true_place).translation().xyz - view.T_c_m.translation().xyz).norm(), 1e-9);
+    EXPECT_LT((scene->camera_from_model(t.T_r_k, scene->true_place).rotation().matrix() - view.T_c_m.rotation().matrix()).norm(), 1e-12);
+    EXPECT_EQ(t.exposure.ns, std::llround(s.exposure_us * 1e3));
+    EXPECT_LT((view.R_n_c * t.sun_c - s.look.light.to_sun_n()).norm(), 1e-12);
+    // AND each point says what the renderer says; its ideal pixel is the measured one without lens and windscreen
+    std::vector<std::uint16_t> image;
+    scene->renderer.render(view, image);
+    std::map<int, FeatureTruth> drawn;
+    for (const FeatureTruth& f : scene->renderer.truth(view, scene->model, &image)) drawn[f.id] = f;
+    for (const TruthPoint& p : t.points) {
+      EXPECT_EQ(p.reasons, drawn[p.id].reasons) << p.id;
+      EXPECT_EQ(p.ideal_px, drawn[p.id].ideal_px) << p.id;
+      if (scene->camera.inside(p.uv_px)) { EXPECT_LT((scene->camera.ideal_from_raw(p.uv_px) - p.ideal_px).norm(), 1e-3) << p.id; }
+    }
+  }
+}
+
+TEST(GeneratedFlight, ReasonsAccountForWhatIsScored) {
+  const test::TempDir dir;
+  constexpr std::uint32_t kNotSeen = kOutOfField | kFacesAway | kOccluded, kDoubtful = kAtBorder | kGrazing | kHalfHidden | kBlownOut;
+  std::map<TruthVisibility, int> count;
+  std::uint32_t all = 0;
+  for (const Truth& t : truths(fly(small_scenario(), dir)))
+    for (const TruthPoint& p : t.points) {
+      ++count[p.visibility];
+      all |= p.reasons;
+      if (p.visibility == TruthVisibility::kVisible) { EXPECT_EQ(p.reasons & (kNotSeen | kDoubtful), 0u) << p.id; }
+      if (p.visibility == TruthVisibility::kHidden) { EXPECT_NE(p.reasons & kNotSeen, 0u) << p.id; }
+      if (p.visibility == TruthVisibility::kDoNotScore) { EXPECT_NE(p.reasons & kDoubtful, 0u) << p.id; }
+    }
+  EXPECT_GT(count[TruthVisibility::kVisible], 0);
+  EXPECT_GT(count[TruthVisibility::kHidden], 0);
+  EXPECT_NE(all & kInShadow, 0u);
 }
 
 TEST(MadeUpWindscreen, ItsCalibrationIsNearlyRightAndNotRight) {

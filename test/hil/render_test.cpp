@@ -114,6 +114,28 @@ TEST(Render, DeadPixelsAreZeroAndTheSunSaturates) {
   EXPECT_GT(saturated, 0);
 }
 
+TEST(Truth, OneSaturatedPixelIsScoredAndNineAreNot) {
+  // GIVEN a grey frame with a visible feature, of whose 3 x 3 pixels none, one or all are at full scale
+  const Renderer renderer(Camera(small_camera(256, 260), {}), c12_mesh(tanker()).value(), Look{}, 5);
+  const View view = level_view(75, -15);
+  std::vector<std::uint16_t> image(256 * 256, 1000);
+  const auto before = renderer.truth(view, tanker(), &image);
+  const auto k = static_cast<std::size_t>(std::find_if(before.begin(), before.end(), [](const FeatureTruth& t) { return t.visible && !t.doubtful; }) - before.begin());
+  ASSERT_LT(k, before.size());
+  EXPECT_EQ(before[k].reasons & (kSaturated | kBlownOut), 0U);
+  const auto u = static_cast<std::size_t>(std::lround(before[k].raw_px.x())), v = static_cast<std::size_t>(std::lround(before[k].raw_px.y()));
+  const auto white = static_cast<std::uint16_t>(saturated_count(renderer.look().sensor));
+  image[256 * v + u + 1] = white;
+  const FeatureTruth one = renderer.truth(view, tanker(), &image)[k];
+  for (std::size_t dv = 0; dv < 3; ++dv) std::fill_n(image.begin() + static_cast<std::ptrdiff_t>(256 * (v + dv - 1) + u - 1), 3, white);
+  const FeatureTruth nine = renderer.truth(view, tanker(), &image)[k];
+  // THEN it stays visible, and only the last is not to be scored
+  EXPECT_EQ(one.reasons & (kSaturated | kBlownOut), kSaturated);
+  EXPECT_TRUE(one.visible && !one.doubtful);
+  EXPECT_EQ(nine.reasons & (kSaturated | kBlownOut), kSaturated | kBlownOut);
+  EXPECT_TRUE(nine.visible && nine.doubtful);
+}
+
 TEST(Render, NightIsBlackAndEveryDepthOfBitsHasItsRange) {
   for (const int bits : {8, 10, 12, 16}) {
     Look look;

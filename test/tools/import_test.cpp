@@ -157,6 +157,10 @@ TEST_F(ImportTest, TruthIsTakenAlong) {
   while (flight.next(e).value())
     if (e.channel == channel::kTruth) {
       ASSERT_TRUE(decode_truth(e.data.data(), e.data.size(), *truth).ok());
+      EXPECT_EQ(truth->points.size(), 2u);
+      EXPECT_FALSE(truth->has_pose || truth->has_detail) << "truth.csv holds only pixels";
+      EXPECT_EQ(truth->exposure.ns, 0);
+      EXPECT_EQ(truth->sun_c, Vec3(0, 0, 0));
       ++n;
     }
   EXPECT_EQ(n, 1) << "one frame has truth";

@@ -170,7 +170,8 @@ TEST(Decode, DoesNotBelieveTheLengthOfAStringOrArray) {
       {3, 8 + 7 * 8 + 3 + 6 + 4 + 11 + 8, "FRAME: thumbnail_bytes is"},
       {4, 8 + 3 * 8 + 1 + 4 + 1, "FRAME_DATA: mask_bytes is"},
       {4, 8 + 3 * 8 + 1 + 4 + 1 + 4 + 3, "FRAME_DATA: size_bytes is"},
-      {5, 8 + 16 + 1 + 24 + 32, "TRUTH: n is"},
+      {5, 8 + 24 + 1 + 24 + 32 + 24, "TRUTH: n is"},
+      {5, 8 + 24 + 1 + 24 + 32 + 24 + 4 + 2 * 21, "TRUTH: n_detail is"},
       {6, 8 + 8 + 1, "EVENT: source has length"},
   };
   for (const auto& l : lengths)
@@ -224,9 +225,53 @@ TEST(DecodeTruth, GivesBackWhatWasSent) {
   EXPECT_EQ(got.points[1].id, 15);
   EXPECT_EQ(got.points[1].uv_px, want.points[1].uv_px);
   EXPECT_EQ(got.points[1].visibility, TruthVisibility::kDoNotScore);
+  EXPECT_EQ(got.exposure, want.exposure);
+  EXPECT_EQ(got.sun_c, want.sun_c);
+  EXPECT_TRUE(got.has_detail);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(got.points[i].reasons, want.points[i].reasons);
+    EXPECT_EQ(got.points[i].ideal_px, want.points[i].ideal_px);
+  }
   m.u_px[1] = kNan;
   const Bytes bad = bytes_of(m);
   expect_error(decode_truth(bad.data(), bad.size(), got), ErrorCode::kInvalid, "TRUTH: u_px is nan, expected -1000000 to 1000000");
+}
+
+TEST(DecodeTruth, TakesAMessageThatKnowsOnlyPixels) {
+  Truth want = test::good_truth();
+  want.has_pose = want.has_detail = false;
+  want.exposure = {};
+  want.sun_c.setZero();
+  truth_t m;
+  fill(m, want);
+  EXPECT_TRUE(m.reasons.empty());
+  const Bytes b = bytes_of(m);
+  Truth got = test::good_truth();  // what it held before must be gone
+  ASSERT_TRUE(decode_truth(b.data(), b.size(), got).ok());
+  EXPECT_FALSE(got.has_pose);
+  EXPECT_FALSE(got.has_detail);
+  EXPECT_EQ(got.exposure.ns, 0);
+  EXPECT_EQ(got.sun_c, Vec3(0, 0, 0));
+  ASSERT_EQ(got.points.size(), 2u);
+  EXPECT_EQ(got.points[1].uv_px, want.points[1].uv_px);
+  EXPECT_EQ(got.points[1].reasons, 0u);
+}
+
+TEST(DecodeTruth, RefusesDetailsThatCannotBe) {
+  Truth got;
+  const auto refused = [&](const auto& spoil, ErrorCode code, const char* what) {
+    truth_t m;
+    fill(m, test::good_truth());
+    spoil(m);
+    const Bytes b = bytes_of(m);
+    expect_error(decode_truth(b.data(), b.size(), got), code, what);
+  };
+  refused([](truth_t& m) { m.exposure_ns = -1; }, ErrorCode::kInvalid, "TRUTH: exposure_ns is -1, expected 0 to 10000000000");
+  refused([](truth_t& m) { m.sun_c[2] = 0.7; }, ErrorCode::kInvalid, "TRUTH: sun_c is neither a unit vector nor zero");
+  refused([](truth_t& m) { m.sun_c[2] = kNan; }, ErrorCode::kInvalid, "TRUTH: sun_c norm is nan");
+  refused([](truth_t& m) { m.reasons[0] = 512; }, ErrorCode::kInvalid, "TRUTH: reasons is 512, expected 0 to 511");
+  refused([](truth_t& m) { m.ideal_v_px[1] = kNan; }, ErrorCode::kInvalid, "TRUTH: ideal_v_px is nan, expected -1000000 to 1000000");
+  refused([](truth_t& m) { m.n_detail = 1; }, ErrorCode::kCorrupt, "TRUTH: n_detail is 1, expected 0 or n = 2");
 }
 
 TEST(DecodeEvent, GivesBackWhatWasSent) {

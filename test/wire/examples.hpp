@@ -95,9 +95,12 @@ inline Truth good_truth() {
   t.camera_frame_id = 9;
   t.t_mid = {5'002'000'000};
   t.has_pose = true;
+  t.exposure = {4'000'000};
   t.T_r_k = Pose<frame::R, frame::K>(Rotation<frame::R, frame::K>(so3_exp({0.1, 0.2, -0.3})), Point<frame::R>(33, 0.1, -5));
-  t.points.push_back({2, {511.5, 529.68}, TruthVisibility::kVisible});
-  t.points.push_back({15, {816.72, 613.75}, TruthVisibility::kDoNotScore});
+  t.sun_c = {0.36, -0.48, 0.8};
+  t.has_detail = true;
+  t.points.push_back({2, {511.5, 529.68}, TruthVisibility::kVisible, truth_t::IN_SHADOW | truth_t::SATURATED, {510.25, 528}});
+  t.points.push_back({15, {816.72, 613.75}, TruthVisibility::kDoNotScore, truth_t::SATURATED | truth_t::BLOWN_OUT, {815, 612.5}});
   return t;
 }
 
