@@ -51,7 +51,7 @@ Truth truth_of(const FlightScene& scene, int i, const std::vector<FeatureTruth>&
   t.exposure = {to_ns(scene.scenario.exposure_us * 1e-6)};
   t.has_pose = true;
   t.T_r_k = relative(scene.motion.receiver(scene.mid_s(i)), scene.motion.tanker(scene.mid_s(i)));
-  t.sun_c = scene.view(i).R_n_c.transpose() * scene.renderer.look().light.to_sun_n();
+  t.sun_c = scene.view(i).R_n_c.transpose() * scene.renderer().look().light.to_sun_n();
   t.has_detail = true;
   for (const FeatureTruth& f : features)
     if (f.in_front) t.points.push_back({f.id, f.raw_px, f.doubtful ? TruthVisibility::kDoNotScore : f.visible ? TruthVisibility::kVisible : TruthVisibility::kHidden, f.reasons, f.ideal_px});

@@ -217,6 +217,7 @@ TEST(GeneratedFlight, TakesPicturesFromTheCacheAndDrawsThemAgainWhenTheyChange) 
   s.look.light.sun_elevation_deg = Scenario::load("config/scenarios/embedded.toml")->look.light.sun_elevation_deg;
   std::filesystem::remove_all(dir.file("cache"));
   EXPECT_TRUE(rendered("cache removed"));
+}
 
 std::vector<Truth> truths(const std::string& folder) {
   std::vector<Truth> out;
@@ -247,9 +248,9 @@ TEST(GeneratedFlight, TruthIsWhatTheFrameWasDrawnFrom) {
     EXPECT_LT((view.R_n_c * t.sun_c - s.look.light.to_sun_n()).norm(), 1e-12);
     // AND each point says what the renderer says; its ideal pixel is the measured one without lens and windscreen
     std::vector<std::uint16_t> image;
-    scene->renderer.render(view, image);
+    scene->renderer().render(view, image);
     std::map<int, FeatureTruth> drawn;
-    for (const FeatureTruth& f : scene->renderer.truth(view, scene->model, &image)) drawn[f.id] = f;
+    for (const FeatureTruth& f : scene->renderer().truth(view, scene->model, &image)) drawn[f.id] = f;
     for (const TruthPoint& p : t.points) {
       EXPECT_EQ(p.reasons, drawn[p.id].reasons) << p.id;
       EXPECT_EQ(p.ideal_px, drawn[p.id].ideal_px) << p.id;
