@@ -72,6 +72,7 @@ void time_frames(const Mesh& mesh, const TankerModel& model, const Look& look, c
 
 int main(int argc, char** argv) {
   CLI::App app{"Looks at single frames of the flight generator: a picture, how exact its corners are, how long a frame takes."};
+  app.set_version_flag("--version", CYCLOPS_VERSION);
   std::string picture, table = "config/c12/tanker.csv", file;
   TankerMeshConfig shape;
   std::vector<double> reference{511, 0, 123};
