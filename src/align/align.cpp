@@ -80,6 +80,7 @@ struct Aligner::State {
     scatter.assign(n, config.corner_sigma_px * config.corner_sigma_px);
     scatter_frames.assign(n, 0);
     residuals.reserve(n);
+    supporters.reserve(n);
     problem.corner.reserve(n * static_cast<std::size_t>(config.candidates));
     readings.reserve(static_cast<std::size_t>(config.readings) + 1);
   }
@@ -113,6 +114,7 @@ struct Aligner::State {
     double square_px2;
   };
   std::vector<Residual> residuals;     // of the last refinement
+  std::vector<Vec2> supporters;        // corners that the last refinement used, each once: far away, one serves many features
   Prior used;                          // the prior that the reading of this frame came from
   const EdgeSet* edges{nullptr};       // taken part in the refinement, or null
   std::vector<double> scatter_frames;  // by feature: how many residuals its scatter holds
@@ -272,7 +274,7 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
     const CameraPose pose = moved(prior.T, d);
     H = information;
     Vec6 g = -information * d;
-    out.inliers = 0;
+    supporters.clear();
     residuals.clear();
     const double radius = step < 2 ? config.inlier_px + 1.0 : config.inlier_px;
     for (const Seen& s : problem.seen) {
@@ -289,7 +291,7 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
         }
       }
       if (z == nullptr) continue;
-      ++out.inliers;
+      if (std::find(supporters.begin(), supporters.end(), *z) == supporters.end()) supporters.push_back(*z);
       Jac full;
       full << -J * skew(pose.rotation().rotate(body[s.feature].xyz)), J;
       const double m = least / s.R;
@@ -304,6 +306,7 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
     d += change;
     if (change.norm() < 1e-10) break;
   }
+  out.inliers = static_cast<std::uint32_t>(supporters.size());
   out.T_c_k = moved(prior.T, d);
   out.covariance = H.inverse();
   out.considered = static_cast<std::uint32_t>(problem.seen.size());

@@ -67,7 +67,7 @@ struct CornerSet {
 /// What the group of all features says about the pose in front of the camera: navigation's own, corrected.
 struct Alignment {
   bool consensus{false};               ///< false: nothing below may be used
-  std::uint32_t inliers{0};            ///< features that agree
+  std::uint32_t inliers{0};            ///< corners that agree, each counted once
   std::uint32_t considered{0};         ///< features that could have
   double evidence{0};                  ///< sum of log-likelihood ratios, feature against clutter
   double margin{0};                    ///< evidence minus that of the best other reading
