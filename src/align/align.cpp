@@ -21,6 +21,7 @@ constexpr int kGrow = 14;          // features added to a reading before all are
 constexpr int kRefine = 6;         // Gauss-Newton steps
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 constexpr double kScatterWorth = 5; // residuals that the first guess of a feature's scatter is worth
+constexpr double kDoubt = 16.8;     // 99 % of chi-square with 6 degrees of freedom: navigation and picture may contradict each other
 constexpr double kTooFar_m = 1e4;
 
 CameraPose moved(const CameraPose& T, const Vec6& d) {
@@ -66,6 +67,7 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("track_bonus", 0.0, 100.0, c.track_bonus);
   t.read_in("search_sigmas", 0.0, 10.0, c.search_sigmas);
   t.read_in("search_most_px", 0.0, 1000.0, c.search_most_px);
+  t.read_in("wide_every", 1, 100000, c.wide_every);
   t.read_in("forget_after_s", 0.0, 1e4, c.forget_after_s);
   return c;
 }
@@ -98,6 +100,10 @@ struct Aligner::State {
   bool has_shape{false};
   Time now{}, then{};
 
+  bool wide{true};                     // this frame is searched as far as navigation allows
+  int narrow_frames{0};
+  bool consensus_before{false};
+  double disagreement_before{0};
   bool locked{false};                  // there is an aligned pose of an earlier frame
   CameraPose T{};                      // that pose
   Vec6 velocity{Vec6::Zero()};         // per second
@@ -122,6 +128,7 @@ struct Aligner::State {
 
   [[nodiscard]] Prior prior_from(const RelativeState& state) const;
   void prior_from_track();
+  void choose_width();
   [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
@@ -203,6 +210,13 @@ void Aligner::State::prior_from_track() {
   track.T = moved(track.T, track.P * solver.solve(gap));
   track.P = track.P - track.P * solver.solve(track.P);
   track.P = 0.5 * (track.P + track.P.transpose().eval());
+}
+
+/// While the pose of earlier frames holds and navigation does not contradict it, looking around that pose is enough.
+void Aligner::State::choose_width() {
+  const bool held = track.valid && consensus_before && disagreement_before < kDoubt;
+  wide = !held || ++narrow_frames >= config.wide_every;
+  if (wide) narrow_frames = 0;
 }
 
 /// Linearises the features at the prior and collects the corners near each.
@@ -376,6 +390,7 @@ Aligner::~Aligner() = default;
 
 void Aligner::reset() {
   s_->locked = false;
+  s_->consensus_before = false;
   s_->scatter.assign(s_->scatter.size(), s_->config.corner_sigma_px * s_->config.corner_sigma_px);
   s_->scatter_frames.assign(s_->scatter_frames.size(), 0);
   s_->previous_nav = {};
@@ -391,6 +406,7 @@ bool Aligner::predict(Time t_mid, const RelativeState* nav) {
     s_->has_shape = true;
   }
   s_->prior_from_track();
+  s_->choose_width();
   return s_->nav.valid || s_->track.valid;
 }
 
@@ -401,7 +417,7 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
   State& s = *s_;
   Reading from_nav, from_track;
   double margin_nav = 0, margin_track = 0;
-  const bool n = s.nav.valid && s.read(s.nav, predicted, corners, from_nav, margin_nav);
+  const bool n = s.nav.valid && s.wide && s.read(s.nav, predicted, corners, from_nav, margin_nav);
   const bool t = s.track.valid && s.read(s.track, predicted, corners, from_track, margin_track);
   if (n || t) {
     out.from_track = t && (!n || from_track.evidence + s.config.track_bonus >= from_nav.evidence);
@@ -431,6 +447,8 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
 
 void Aligner::learn(const Alignment& alignment) {
   s_->learn(alignment);
+  s_->consensus_before = alignment.consensus;
+  s_->disagreement_before = alignment.nav_disagreement;
   s_->previous_nav = s_->nav;
 }
 
@@ -441,7 +459,7 @@ void Aligner::apply(const Alignment& alignment, PredictionSet& predicted) const 
 }
 
 void Aligner::widen(PredictionSet& predicted) const {
-  s_->place(prior_pose(), s_->nav.valid ? s_->nav.P : s_->track.P, 0, predicted);
+  s_->place(prior_pose(), s_->nav.valid && s_->wide ? s_->nav.P : s_->track.P, 0, predicted);
 }
 
 void Aligner::State::place(const CameraPose& pose, const Mat6& P, double common_px, PredictionSet& predicted) const {

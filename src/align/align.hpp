@@ -45,6 +45,7 @@ struct AlignConfig {
   double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose
   double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
   double search_most_px{60};      ///< but no further
+  int wide_every{1};              ///< frames: while earlier poses hold, only such a frame is searched as far as navigation allows
   double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
   static Result<AlignConfig> read(ConfigTable& table, AlignConfig absent);  ///< `absent`: values of keys left out
   bool operator==(const AlignConfig&) const = default;
