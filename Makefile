@@ -36,7 +36,7 @@ OPT_tsan     := -O1 -g -fsanitize=thread
 OPT_coverage := -O0 -g --coverage -fprofile-update=atomic
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Werror=return-type
 # No fused multiply-add: every build of the same source gives the same bits. -ffp-contract=off alone is not enough, GCC 12 makes
-# vfmsubadd of neighbouring operations.
+# vfmsubadd of neighbouring operations. The corner kernel asks for fused ones by name (src/detect/lanes.hpp), so its folder may.
 NO_FMA := -ffp-contract=off $(if $(filter x86_64,$(shell uname -m)),-mno-fma)
 CXXFLAGS += -std=c++20 $(OPT_$(VARIANT)) -march=$(ARCH) $(NO_FMA) $(WARN) -pthread -DCYCLOPS_VERSION='"$(VERSION)"'
 CPPFLAGS += -Isrc -I. -isystem $(GEN)/cpp $(DEPS_CFLAGS)
@@ -91,6 +91,7 @@ $(GEN)/cyclops-types.jar: $(TYPES_STAMP)
 types: $(GEN)/cyclops-types.jar ## C++, Python and Java message types, and the jar for lcm-spy
 
 # --- compiling ---------------------------------------------------------------------------------------------------
+$(B)/obj/src/detect/%.o: NO_FMA := -ffp-contract=off
 # Objects depend on the command that makes them, not on this file.
 FLAGS := $(B)/flags
 ifneq ($(file <$(FLAGS)),$(CXX) $(CPPFLAGS) $(CXXFLAGS))
