@@ -91,14 +91,15 @@ $(GEN)/cyclops-types.jar: $(TYPES_STAMP)
 types: $(GEN)/cyclops-types.jar ## C++, Python and Java message types, and the jar for lcm-spy
 
 # --- compiling ---------------------------------------------------------------------------------------------------
-$(B)/obj/src/detect/%.o: NO_FMA := -ffp-contract=off
+KERNEL_FMA := -ffp-contract=off
+$(B)/obj/src/detect/%.o: NO_FMA := $(KERNEL_FMA)
 # Objects depend on the command that makes them, not on this file.
 FLAGS := $(B)/flags
-ifneq ($(file <$(FLAGS)),$(CXX) $(CPPFLAGS) $(CXXFLAGS))
+ifneq ($(file <$(FLAGS)),$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(KERNEL_FMA))
 .PHONY: $(FLAGS)
 endif
 $(FLAGS):
-	@mkdir -p $(@D); printf '%s' '$(subst ','\'',$(CXX) $(CPPFLAGS) $(CXXFLAGS))' >$@
+	@mkdir -p $(@D); printf '%s' '$(subst ','\'',$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(KERNEL_FMA))' >$@
 $(B)/obj/%.o: %.cpp $(FLAGS) | $(TYPES_STAMP)
 	@mkdir -p $(@D); echo "  c++ $<"
 	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MD -MP -c $< -o $@
