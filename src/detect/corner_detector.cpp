@@ -86,8 +86,8 @@ void CornerDetector::detect_near(const ImageView& image, const RowMask* missing,
     const auto near = [&](const Corner& c) { return c.kind == PointKind::kCorner && (c.uv_px - p.uv_px).squaredNorm() <= config_.near_px * config_.near_px; };
     if (std::any_of(out.items.begin(), out.items.begin() + before, near)) continue;
     const int u = static_cast<int>(std::lround(p.uv_px.x())), v = static_cast<int>(std::lround(p.uv_px.y()));
+    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;  // within half a pixel of the border
     const PixelRect around = PixelRect{u - kNoiseHalf, v - kNoiseHalf, u + kNoiseHalf + 1, v + kNoiseHalf + 1}.within(whole(image));
-    if (around.empty()) continue;
     const BoxFacts facts{estimate_noise_variance(image, around, missing), true};
     const Localised fine = refiner_.refine(image, u, v, noise_variance(image, facts, {0, static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v)}));
     if (!fine.converged || (fine.uv_px - p.uv_px).norm() > config_.near_px) continue;

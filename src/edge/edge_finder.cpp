@@ -50,7 +50,7 @@ EdgeFinder::EdgeFinder(const EdgeConfig& config, const TankerModel& model, const
     std::sort(others.begin(), others.end());
     if (others.size() > kMostOthers) others.resize(kMostOthers);
     for (const auto& [distance, j] : others)
-      pairs_.push_back({{static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j)}, kUnknownStrength, config.bias_sigma_px * config.bias_sigma_px, false});
+      pairs_.push_back({{static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j)}, kUnknownStrength, config.bias_sigma_px * config.bias_sigma_px});
   }
   chosen_.reserve(pairs_.size());
   bends_.reserve(static_cast<std::size_t>(kMostSamples) * (2 * kMostReach + 1));
@@ -69,10 +69,8 @@ void EdgeFinder::choose(const PredictionSet& aligned) {
     return (aligned.items[p.feature[0]].uv_px - aligned.items[p.feature[1]].uv_px).norm() >= kShortest_px;
   };
   chosen_.clear();
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    pairs_[i].tried = false;
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
     if (pairs_[i].strength > kUnknownStrength && seen(pairs_[i])) chosen_.push_back(static_cast<std::uint32_t>(i));
-  }
   const auto most = static_cast<std::size_t>(config_.pairs), strong = most - most / 4;
   if (chosen_.size() > strong) {
     const auto stronger = [&](std::uint32_t a, std::uint32_t b) { return std::pair(-pairs_[a].strength, a) < std::pair(-pairs_[b].strength, b); };
@@ -91,7 +89,6 @@ void EdgeFinder::find(const ImageView& image, const RowMask* missing, const Alig
   choose(aligned);
   for (const std::uint32_t pair : chosen_) {
     Edge edge;
-    pairs_[pair].tried = true;
     if (measure(image, missing, alignment, aligned, pair, edge)) out.push_back(edge);
   }
 }
@@ -306,17 +303,18 @@ bool EdgeFinder::fit(bool rising, Line& line, double& sigma_px, double& coverage
 
 void EdgeFinder::learn(const Alignment& alignment, const EdgeSet& found) {
   if (!alignment.consensus) return;
-  for (const std::uint32_t index : chosen_)
-    if (pairs_[index].tried) pairs_[index].strength -= config_.strength_gain * pairs_[index].strength;
+  for (const std::uint32_t index : chosen_) pairs_[index].strength -= config_.strength_gain * pairs_[index].strength;
   for (const Edge& edge : found) {
     Pair& pair = pairs_[edge.pair];
     double sum = 0;
+    bool before_camera = true;
     for (const Edge::Point& p : edge.inner) {
       const auto there = camera_.project(alignment.T_c_k * along(pair, p.share));
-      if (!there) return;
-      const double r = p.normal.dot(p.uv_px - *there);
+      before_camera = before_camera && there.has_value();
+      const double r = there ? p.normal.dot(p.uv_px - *there) : 0;
       sum += 0.5 * std::min(r * r, 9.0);
     }
+    if (!before_camera) continue;
     pair.strength += config_.strength_gain;
     pair.bias2 = std::max(pair.bias2 + config_.bias_gain * (sum - pair.bias2), config_.bias_floor_px * config_.bias_floor_px);
   }

@@ -39,8 +39,6 @@ class EdgeFinder {
   /// Appends the crossings of proven edges to `corners`, one a feature at most; what finds no room is counted there.
   void crossings(const EdgeSet& found, CornerSet& corners) const;
 
-  [[nodiscard]] bool proven(const Edge& edge) const { return pairs_[edge.pair].strength >= config_.proven; }
-
  private:
   static constexpr int kMostSamples = 32;
   static constexpr int kMostPeaks = 4;      // of one sample
@@ -49,7 +47,6 @@ class EdgeFinder {
     std::uint16_t feature[2]{};
     double strength{0};
     double bias2{0};                        // px^2
-    bool tried{false};                      // in this frame
   };
   struct Peak {
     float offset_px{0};

@@ -1,0 +1,34 @@
+#pragma once
+/// Table "align" of a profile.
+#include "base/config.hpp"
+
+namespace cyclops {
+
+struct AlignConfig {
+  bool enabled{true};
+  double corner_sigma_px{1.5};    ///< 1 sigma of a corner about its surveyed feature, before the feature has shown its own
+  double scatter_gain{0.02};      ///< share of the newest residual in the scatter of a feature; 0: corner_sigma_px for ever
+  double scatter_floor_px{0.25};  ///< no feature is trusted to less than this
+  double detection_probability{0.7};
+  double prior_gate{9.2};         ///< squared Mahalanobis radius in which corners are candidates, 2 dof
+  int candidates{14};             ///< corners kept a feature, nearest first
+  int features{48};               ///< features used for hypotheses; all are used for the refinement
+  int readings{8};                ///< readings grown from the best one-point hypotheses
+  double min_evidence{3.0};
+  double min_margin{1.0};
+  int min_inliers{4};             ///< one less when fewer than 7 features can be seen
+  double min_support{0.3};        ///< and this share of the features in view
+  double inlier_px{3.0};          ///< radius within which a corner supports the final pose
+  double robust_scale{1.5};       ///< residuals beyond this many sigma lose their weight
+  double common_px{0.3};          ///< error that corners of one frame may share (light, blur, survey): part of every aligned prediction
+  double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
+  double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus
+  double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose
+  double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
+  double search_most_px{60};      ///< but no further
+  double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count
+  static Result<AlignConfig> read(ConfigTable& table, AlignConfig absent);  ///< `absent`: values of keys left out
+  bool operator==(const AlignConfig&) const = default;
+};
+
+}  // namespace cyclops

@@ -1,0 +1,92 @@
+#include "align/pose_track.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cyclops::align {
+
+/// rms over a sample of the features of the 1-sigma prediction error (per axis), px.
+double PoseTrack::spread_px(const CameraPose& pose, const Mat6& P) const {
+  double sum = 0;
+  int n = 0;
+  const std::size_t step = 1 + body_.size() / 16;
+  for (std::size_t i = 0; i < body_.size(); i += step) {
+    const auto seen = projected(camera_, pose, body_[i]);
+    if (!seen) continue;
+    sum += 0.5 * (seen->by_pose * P * seen->by_pose.transpose()).trace();
+    ++n;
+  }
+  return n == 0 ? 0 : std::sqrt(sum / n);
+}
+
+double PoseTrack::distance_px(const CameraPose& a, const CameraPose& b) const {
+  double sum = 0;
+  int n = 0;
+  const std::size_t step = 1 + body_.size() / 16;
+  for (std::size_t i = 0; i < body_.size(); i += step) {
+    const auto ua = camera_.project(a * body_[i]), ub = camera_.project(b * body_[i]);
+    if (!ua || !ub) continue;
+    sum += (*ua - *ub).squaredNorm();
+    ++n;
+  }
+  return n == 0 ? 0 : std::sqrt(0.5 * sum / n);
+}
+
+void PoseTrack::predict(Time now, const Prior& nav) {
+  now_ = now;
+  if (nav.valid) {
+    shape_ = nav.P;
+    has_shape_ = true;
+  }
+  prior_ = {};
+  const double blind = (now - t_pose_).seconds();
+  if (!locked_ || !has_shape_ || blind > config_.forget_after_s) return;
+  ways_[0] = T_;
+  ways_[1] = moved(T_, velocity_ * blind);
+  way_nav_ = nav.valid && previous_nav_.valid;
+  ways_[2] = way_nav_ ? moved(T_, difference(previous_nav_.T, nav.T)) : ways_[1];
+  std::size_t best = way_error_px2_[0] < way_error_px2_[1] ? 0 : 1;
+  if (way_nav_ && way_error_px2_[2] < way_error_px2_[best]) best = 2;
+  prior_.T = ways_[best];
+  const double sigma = std::max(config_.track_floor_px, error_px_) + config_.track_growth_px_s * std::max(0.0, blind - 0.05);
+  const double scale = sigma / std::max(1e-6, spread_px(prior_.T, shape_));
+  prior_.P = shape_ * (scale * scale);
+  prior_.valid = true;
+  if (!nav.valid) return;
+  const Mat6 S = prior_.P + nav.P;  // navigation pulls the track towards itself as far as its own covariance says
+  const Vec6 gap = difference(prior_.T, nav.T);
+  const auto solver = S.ldlt();
+  if (gap.dot(solver.solve(gap)) > 40.0) return;  // they contradict each other: each stands for itself
+  prior_.T = moved(prior_.T, prior_.P * solver.solve(gap));
+  prior_.P = prior_.P - prior_.P * solver.solve(prior_.P);
+  prior_.P = 0.5 * (prior_.P + prior_.P.transpose().eval());
+}
+
+void PoseTrack::learn(const CameraPose& pose) {
+  if (locked_ && prior_.valid) {
+    const double dt = (now_ - t_pose_).seconds();
+    for (std::size_t i = 0; i < ways_.size(); ++i) {
+      if (i == 2 && !way_nav_) continue;
+      const double e = distance_px(ways_[i], pose);
+      way_error_px2_[i] += 0.15 * (std::min(e * e, 900.0) - way_error_px2_[i]);
+    }
+    error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.end()));
+    const Vec6 v = difference(T_, pose) / std::max(dt, 1e-3);
+    velocity_ += 0.6 * (v - velocity_);
+  } else {
+    velocity_.setZero();
+    way_error_px2_ = {{9, 9, 16}};
+    error_px_ = 3;
+  }
+  T_ = pose;
+  t_pose_ = now_;
+  locked_ = true;
+}
+
+void PoseTrack::reset() {
+  locked_ = false;
+  previous_nav_ = {};
+  has_shape_ = false;
+}
+
+}  // namespace cyclops::align

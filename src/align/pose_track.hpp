@@ -1,0 +1,52 @@
+#pragma once
+/// Inside align: the aligned pose of earlier frames, moved on to this one, and how far such predictions have been off.
+///
+/// Three ways compete, by their recent errors on the image: standing still, constant velocity, navigation's own motion. The
+/// covariance has the shape of navigation's, scaled to the error that the winner has shown.
+/// Time     service clock. Threads: one at a time. Memory: fixed.
+#include <array>
+#include <vector>
+
+#include "align/align_config.hpp"
+#include "align/pose.hpp"
+#include "base/time.hpp"
+
+namespace cyclops::align {
+
+class PoseTrack {
+ public:
+  /// All three must outlive this. `body`: the features, tanker body axes.
+  PoseTrack(const AlignConfig& config, const Camera& camera, const std::vector<Point<frame::K>>& body)
+      : config_(config), camera_(camera), body_(body) {}
+  /// Once a frame. `nav` is this frame's navigation, or invalid.
+  void predict(Time now, const Prior& nav);
+  [[nodiscard]] const Prior& prior() const { return prior_; }
+  /// The pose that this frame's features agreed on.
+  void learn(const CameraPose& pose);
+  /// Once a frame, last: `nav` as given to predict.
+  void end_frame(const Prior& nav) { previous_nav_ = nav; }
+  void reset();
+
+ private:
+  [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
+  [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
+
+  const AlignConfig& config_;
+  const Camera& camera_;
+  const std::vector<Point<frame::K>>& body_;
+  Prior prior_;
+  Prior previous_nav_;                  // of the frame before
+  Mat6 shape_{Mat6::Zero()};            // newest covariance of navigation: the shape of what is not known
+  bool has_shape_{false};
+  Time now_{};
+  bool locked_{false};                  // there is an aligned pose of an earlier frame
+  CameraPose T_{};                      // that pose
+  Vec6 velocity_{Vec6::Zero()};         // per second
+  Time t_pose_{};
+  double error_px_{3};                  // how far predictions from it have recently been off, rms
+  std::array<CameraPose, 3> ways_{};    // predictions of this frame: standing still, constant velocity, navigation's motion
+  std::array<double, 3> way_error_px2_{{9, 9, 16}};
+  bool way_nav_{false};
+};
+
+}  // namespace cyclops::align
