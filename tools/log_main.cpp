@@ -41,8 +41,8 @@ int info(const std::string& path) {
   return status;
 }
 
-int diff(const std::string& a, const std::string& b) {
-  const auto d = cyclops::tools::diff_logs(a, b);
+int diff(const std::string& a, const std::string& b, const cyclops::tools::DiffOptions& options) {
+  const auto d = cyclops::tools::diff_logs(a, b, options);
   if (!d.ok()) return fail(d.error());
   std::printf("%lld and %lld frames: %lld equal bit for bit, %lld different, %lld only in the first, %lld only in the second\n", static_cast<long long>(d->frames_a),
               static_cast<long long>(d->frames_b), static_cast<long long>(d->equal), static_cast<long long>(d->different), static_cast<long long>(d->only_a),
@@ -63,12 +63,16 @@ int main(int argc, char** argv) {
   auto* compare = app.add_subcommand("diff", "are two logs the same, bit for bit? exit code 2 when not");
   compare->add_option("first", a)->required();
   compare->add_option("second", b)->required();
+  cyclops::tools::DiffOptions how;
+  compare->add_flag("--by-seq", how.by_seq, "pair frames by number instead of time: two logs of the same inputs");
+  compare->add_option("--before", how.before, "only frames with a seq below this");
+  compare->add_flag("--heard", how.heard, "the second was heard over a network and may lack messages");
   auto* csv = app.add_subcommand("csv", "measurements of a log as a table");
   csv->add_option("log", a)->required();
   csv->add_option("out", b)->required();
   CLI11_PARSE(app, argc, argv);
   if (show->parsed()) return info(a);
-  if (compare->parsed()) return diff(a, b);
+  if (compare->parsed()) return diff(a, b, how);
   const auto done = cyclops::tools::measurements_csv(a, b);
   return done.ok() ? 0 : fail(done.error());
 }

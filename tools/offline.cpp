@@ -26,7 +26,8 @@ class Run {
         out_(std::make_unique<FrameOutput>()) {}
 
   Result<OfflineResult> all(const std::function<void(double)>& progress) {
-    front_.restart(Time{INT64_MIN});  // as the service does when the camera starts on the bench
+    // As the service does when the camera starts on the bench; a recorded flight says itself when that was.
+    if (flight_.manifest().origin != "recorded") front_.restart(Time{INT64_MIN});
     record::LogEvent event;
     while (true) {
       auto more = flight_.next(event);
@@ -57,6 +58,11 @@ class Run {
       auto r = decode_time_mark(e.data.data(), e.data.size());
       if (!r.ok()) return r.error();
       front_.push(r->mark);
+    } else if (e.channel == channel::kAcquisition) {
+      auto r = decode_acquisition(e.data.data(), e.data.size());
+      if (!r.ok()) return r.error();
+      if (r->what == AcquisitionChange::kStarted) front_.restart(r->t);
+      else front_.flush();
     } else if (e.channel == channel::kFrame) {
       auto r = decode_frame_index(e.data.data(), e.data.size());
       if (!r.ok()) return r.error();
@@ -76,8 +82,11 @@ class Run {
     AlignedFrame ready;
     while (front_.pop(ready)) {
       FlightFrame pixels;
-      CYCLOPS_TRY(flight_.frame(static_cast<std::int64_t>(ready.token), memory_, pixels));
-      const bool seen = ready.frame.status != FrameStatus::kMissing;
+      const auto number = static_cast<std::int64_t>(ready.token);
+      const bool there = flight_.has_frame(number);
+      if (there || flight_.manifest().origin != "recorded") CYCLOPS_TRY(flight_.frame(number, memory_, pixels));
+      if (!there && result_.without_pixels++ == 0) result_.first_without_pixels = result_.frames_out + 1;
+      const bool seen = there && ready.frame.status != FrameStatus::kMissing;
       const ImageView image = seen ? pixels.image : ImageView{};
       chain_.step(ready, image, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
       publisher_.frame(*out_, front_.gps_time(ready.frame.t_mid), {});

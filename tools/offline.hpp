@@ -14,6 +14,8 @@ struct OfflineResult {
   std::int64_t frames_out{0};
   std::int64_t refused_messages{0};    ///< did not decode; the first is in `first_refusal`
   std::string first_refusal;
+  std::int64_t without_pixels{0};      ///< frames of a recorded flight whose pixels are not there
+  std::int64_t first_without_pixels{0};  ///< its seq; from there on results differ from what was published
   Histogram stage[kStages];
   Histogram chain;
   double run_s{0};                     ///< wall time of the whole run
