@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   }
   auto scored = cyclops::tools::load_run(flight, log);
   if (scored.ok() && !out.empty() && !keep_log)
-    if (auto done = cyclops::tools::measurements_csv(log, out); !done.ok()) return remove_log(), fail(done.error());
+    if (auto done = cyclops::tools::measurements_csv({log}, out); !done.ok()) return remove_log(), fail(done.error());
   remove_log();
   if (!scored.ok()) return fail(scored.error());
   if (result->refused_messages > 0)

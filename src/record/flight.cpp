@@ -106,7 +106,9 @@ Result<std::int64_t> FlightWriter::frame(Time arrival, const FlightFrame& frame)
   view.height = frame.image.height;
   view.missing = frame.missing;
   const auto row_bytes = static_cast<std::size_t>(frame.image.width * bytes_per_pixel(frame.image.format));
-  if (frame.image.stride_bytes == static_cast<int>(row_bytes)) {
+  if (frame.status == FrameStatus::kMissing) {
+    view.pixels = {};
+  } else if (frame.image.stride_bytes == static_cast<int>(row_bytes)) {
     view.pixels = {frame.image.data, row_bytes * static_cast<std::size_t>(frame.image.height)};
   } else {
     rows_.clear();

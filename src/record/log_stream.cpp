@@ -55,7 +55,7 @@ Result<> LogStream::open(Time now) {
     ::close(fd_);
   }
   fd_ = fd;
-  at_ = flowing_ = sealed_ = 0;
+  at_ = flowing_ = sealed_ = seal_end_ = 0;
   files_[file_] = 0;
   opened_ = now;
   XXH3_64bits_reset(sum_.get());
@@ -114,7 +114,7 @@ Result<> LogStream::write(Time now, std::initializer_list<Bytes> pieces) {
 }
 
 Result<> LogStream::put_seal(Time now) {
-  if (at_ == sealed_) return Ok{};
+  if (at_ == seal_end_) return Ok{};
   seal_t seal;
   fill(seal, Seal{sealed_, at_, XXH3_64bits_digest(sum_.get())});
   std::array<std::uint8_t, 64> payload;
@@ -123,8 +123,11 @@ Result<> LogStream::put_seal(Time now) {
   const std::size_t n = put_event_head(head.data(), seals_, now.ns / 1000, channel::kSeal, bytes.size);
   CYCLOPS_TRY(put({{head.data(), n}, {bytes.data, bytes.size}}));
   ++seals_;
-  sealed_ = at_;
+  sealed_ = at_ - static_cast<std::int64_t>(n + bytes.size);
+  seal_end_ = at_;
   XXH3_64bits_reset(sum_.get());
+  XXH3_64bits_update(sum_.get(), head.data(), n);  // the next one covers this one
+  XXH3_64bits_update(sum_.get(), bytes.data, bytes.size);
   return Ok{};
 }
 

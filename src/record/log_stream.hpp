@@ -4,7 +4,7 @@
 ///   NAME.lcm, NAME.001.lcm, NAME.002.lcm ...    cut only between events
 ///
 /// Seals    an event on SEAL after each write() of at least `seal_bytes`, and with each seal(): XXH3 of what came since the
-///          seal before. What follows the last seal was not finished.
+///          seal before, and of that one. What follows the last seal was not finished.
 /// Failure  a write that fails leaves no part of its events behind: the file is cut back to the last whole event, and the next
 ///          write() tries again. kFull: no room; kIo: anything else.
 /// Threads  one writes; sync() may be called by another.
@@ -69,7 +69,8 @@ class LogStream {
   std::string file_;
   std::int64_t at_{0};                 // end of the last whole event
   std::int64_t flowing_{0};            // up to here the kernel was told to begin writing
-  std::int64_t sealed_{0};
+  std::int64_t sealed_{0};             // the next seal covers from here
+  std::int64_t seal_end_{0};
   std::int64_t seals_{0};
   std::int64_t total_{0};
   Time opened_{};

@@ -191,8 +191,7 @@ void Recorder::lost(std::atomic<std::uint64_t>& counter, const char* code, const
 
 // --- onto the disk -----------------------------------------------------------------------------------------------
 
-void Recorder::write_log(Log& log) {
-  const auto piece = log.buffer.take();
+void Recorder::write_log(Log& log, const record::EventBuffer::Piece& piece) {
   if (piece.bytes.empty()) return;
   auto done = log.stream->write(Time{host_now_ns()}, {piece.bytes});
   if (done.ok()) {
@@ -205,8 +204,12 @@ void Recorder::write_log(Log& log) {
 void Recorder::run_log() {
   for (int round = 0;; ++round) {
     const bool last = stopping_;
+    // Taken in this order and written in the other: an answer is never on the disk without what it answers.
+    const auto published = published_.buffer.take();
+    const auto inputs = inputs_.buffer.take();
+    write_log(inputs_, inputs);
+    write_log(published_, published);
     for (Log* log : {&inputs_, &published_}) {
-      write_log(*log);
       if (round % 5 == 0) (void)log->stream->seal(Time{host_now_ns()}).ok();  // failed: with the next
     }
     if (last) return;

@@ -91,7 +91,7 @@ class Recorder {
   void input(Time t, const char* channel, const Message& message);
   [[nodiscard]] Time now() const;
   void run_log();
-  void write_log(Log& log);
+  void write_log(Log& log, const record::EventBuffer::Piece& piece);
   void run_frames();
   void write_frame(const FrameJob& job);
   void pace(std::int64_t bytes);
