@@ -9,9 +9,9 @@ namespace cyclops::hil {
 namespace {
 
 constexpr double kPi = std::numbers::pi, kNone = 1e9;
-constexpr double kMostMisfit = 0.015, kMostSigma_px = 0.06;
+constexpr double kMostMisfit = 0.02, kMostSigma_px = 0.06;
 constexpr double kBend = 3;          // a straight edge must misfit by more than this factor, or there is no corner
-constexpr double kThinnest = 0.15;   // rad between two rays
+constexpr double kThinnest = 0.05;   // rad between two rays
 constexpr double kLeastStep = 0.08;  // of the contrast, between neighbouring sectors: else the ray between them is none
 constexpr int kMostRays = 4, kTurns = 24;
 

@@ -19,7 +19,8 @@ constexpr std::array kZooms{8, 16, 32, 64, 128, 256, 512, 1024};
 constexpr double kAgree_px = 0.05;                      // camera's pixels, between a zoom and the next
 
 /// The same body with a brightness of its own for each smooth face: an edge between two faces of one paint is then an edge of the drawing.
-Mesh with_faces_apart(const Mesh& in) {
+/// `step` of the brightness from face to face, modulo 1.
+Mesh with_faces_apart(const Mesh& in, double step) {
   struct Side { std::size_t triangle; Vec3 a, b; };
   Mesh out = in;
   std::vector<std::size_t> parent(in.triangles.size());
@@ -42,7 +43,7 @@ Mesh with_faces_apart(const Mesh& in) {
   out.materials.clear();
   for (std::size_t i = 0; i < in.triangles.size(); ++i) {
     const auto [at, fresh] = number.try_emplace(root(i), static_cast<std::uint16_t>(out.materials.size()));
-    if (fresh) out.materials.push_back({"face", static_cast<float>(0.15 + 0.8 * std::fmod(0.618034 * static_cast<double>(out.materials.size()), 1)), 0, false});
+    if (fresh) out.materials.push_back({"face", static_cast<float>(0.15 + 0.8 * std::fmod(step * static_cast<double>(out.materials.size()), 1)), 0, false});
     out.triangles[i].material = at->second;
   }
   return out;
@@ -71,17 +72,17 @@ std::optional<Offset> offset_at(const Intrinsics& intrinsics, const Mesh& mesh, 
 std::vector<FeatureCorner> feature_corners(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const TankerModel& model) {
   Look look;
   look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
-  const Mesh apart = with_faces_apart(mesh);
+  const std::array drawings{mesh, with_faces_apart(mesh, 0.618034), with_faces_apart(mesh, 0.414214)};  // two: neighbours may be alike in one
   std::vector<FeatureCorner> out;
   for (const FeatureTruth& t : Renderer(Camera(intrinsics, {}), mesh, look, 1).truth(view, model)) {
     if (!t.visible || t.doubtful) continue;
     FeatureCorner corner{t.id};
-    for (const Mesh* drawn : {&mesh, &apart}) {
+    for (const Mesh& drawn : drawings) {
       std::optional<Offset> wider;
       for (const int zoom : kZooms) {
-        const auto here = offset_at(intrinsics, *drawn, view, t.raw_px, zoom);
+        const auto here = offset_at(intrinsics, drawn, view, t.raw_px, zoom);
         if (wider && here && (wider->px - here->px).norm() < kAgree_px) {
-          corner = {t.id, wider->px.norm(), wider->sigma_px, zoom / 2, drawn == &apart};
+          corner = {t.id, wider->px.norm(), wider->sigma_px, zoom / 2, &drawn != &drawings[0]};
           break;
         }
         wider = here;
