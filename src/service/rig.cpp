@@ -65,7 +65,7 @@ void complete(Rig& rig) {
 
 }  // namespace
 
-Result<Rig> Rig::load(const std::string& path) {
+Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker) {
   auto file = ConfigFile::load(path);
   if (!file.ok()) return file.error();
   Rig rig;
@@ -80,7 +80,7 @@ Result<Rig> Rig::load(const std::string& path) {
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   tanker.read_three("ins", kFarthest, ins);
-  const double metres = unit_choice == 0 ? 0.0254 : 1.0;
+  const double metres = rig.tanker_unit_m = unit_choice == 0 ? 0.0254 : 1.0;
   double survey_m = kSurveySigma_m;
   if (double sigma = 0; tanker.has("sigma")) {
     tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
@@ -99,7 +99,7 @@ Result<Rig> Rig::load(const std::string& path) {
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  auto loaded = TankerModel::load(file->resolve(model), metres, ins, survey_m);
+  auto loaded = TankerModel::load(other_tanker.empty() ? file->resolve(model) : other_tanker, metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
   if (!windscreen.empty()) {
