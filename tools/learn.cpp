@@ -49,18 +49,22 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
   followed = points.size();
   if (said) said(counted("followed", followed));
   if (points.empty()) return make_error(ErrorCode::kUnusable, "follow", "found no point in " + std::to_string(views.views.size()) + " views, expected some that are seen often");
-  for (const double radius_px : config.match_px) {
-    match_all(views.views, radius_px, points);
+  for (const LearnConfig::Round& round : config.rounds) {
+    match_all(views.views, round.match_px, points);
     drop_hopeless(points);
-    tie_to_survey(views, config.tie_px, points);
+    tie_to_survey(views, round.tie_px, points);
     CYCLOPS_TRY(adjust(config.bundle, views, points));
     for (LearntPoint& p : points) rate(views.views, p);
     drop_hopeless(points);
-    if (said) said(counted("adjusted", points.size()));
+    if (said) said(counted("adjusted", points.size()) + ", " + std::to_string(std::count_if(points.begin(), points.end(), [](const LearntPoint& p) { return p.survey >= 0; })) + " of them tied to the survey");
   }
   ChooseConfig generous = config.choose;
   generous.most_sigma_px = 1e9;  // not known yet
-  std::vector<ChosenPoint> chosen = choose(generous, views.views, points);
+  Refused refused;
+  std::vector<ChosenPoint> chosen = choose(generous, views.views, points, &refused);
+  if (said)
+    said("refused: " + std::to_string(refused.few) + " seldom seen, " + std::to_string(refused.scatter) + " scatter, " + std::to_string(refused.drift) + " drift, " +
+         std::to_string(refused.weak) + " weak, " + std::to_string(refused.near) + " too near to a better one");
   points.clear();
   for (ChosenPoint& c : chosen) points.push_back(c.point);
   if (points.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point of " + std::to_string(followed) + " is found again and again in the same place, expected some");
@@ -68,6 +72,7 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
   last.covariance = true;
   CYCLOPS_TRY(adjust(last, views, points));
   for (LearntPoint& p : points) rate(views.views, p);
+  tie_to_survey(views, config.rounds.back().tie_px, points);
   chosen = choose(config.choose, views.views, points);
   if (chosen.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point's place is known well enough, expected some below " + std::to_string(config.choose.most_sigma_px) + " px");
   for (ChosenPoint& c : chosen) c.point.cov_m2 *= c.point.inflation;

@@ -18,8 +18,11 @@ struct LearnConfig {
   FollowConfig follow{};
   BundleConfig bundle{};
   ChooseConfig choose{};
-  double tie_px{2.0};            ///< a point this near to a surveyed feature, on average over its views, is tied to it
-  std::vector<double> match_px{3.0, 2.0, 1.5, 1.5};  ///< radius of each round of matching and adjusting
+  struct Round {
+    double match_px;             ///< radius in which a point takes a corner
+    double tie_px;               ///< a point this near to a surveyed feature, on average over its views, is tied to it
+  };
+  std::vector<Round> rounds{{3.0, 2.0}, {2.0, 1.5}, {1.5, 1.0}, {1.5, 0.8}};  ///< of matching and adjusting
 };
 
 struct Learnt {

@@ -58,7 +58,7 @@ class Adjustment {
       }
       if (p.survey >= 0 && !p.sights.empty()) tie(p);
     }
-    const double shared = static_cast<double>(std::count(used_.begin(), used_.end(), true));
+    const double shared = config_.pose_doubt * config_.pose_doubt * static_cast<double>(std::count(used_.begin(), used_.end(), true));
     for (std::size_t v = 0; v < change_.size(); ++v)
       if (used_[v]) problem_.AddResidualBlock(new PosePrior(shared * all_.views[v].covariance), nullptr, change_[v].data());
   }

@@ -186,23 +186,31 @@ SeenFrom sector_of(const std::vector<View>& views, LearntPoint& p) {
   return out;
 }
 
-std::vector<ChosenPoint> choose(const ChooseConfig& config, const std::vector<View>& views, const std::vector<LearntPoint>& points) {
+std::vector<ChosenPoint> choose(const ChooseConfig& config, const std::vector<View>& views, const std::vector<LearntPoint>& points, Refused* refused) {
+  Refused counts;
   std::vector<ChosenPoint> good;
   for (const LearntPoint& p : points) {
-    if (static_cast<int>(p.sights.size()) < config.least_sights || p.scatter_px > config.most_scatter_px || p.drift_px > config.most_drift_px) continue;
     ChosenPoint c{p, {}, {}};
     c.seen_from = sector_of(views, c.point);
-    if (c.point.strength < config.least_strength || place_sigma_px(views, p) > config.most_sigma_px) continue;
-    c.strength = strength_by_range(views, c.point, c.seen_from);
-    c.seen_from = with_margin(c.seen_from, config);
-    good.push_back(std::move(c));
+    if (static_cast<int>(p.sights.size()) < config.least_sights) ++counts.few;
+    else if (p.scatter_px > config.most_scatter_px) ++counts.scatter;
+    else if (p.drift_px > config.most_drift_px) ++counts.drift;
+    else if (c.point.strength < config.least_strength) ++counts.weak;
+    else if (place_sigma_px(views, p) > config.most_sigma_px) ++counts.uncertain;
+    else {
+      c.strength = strength_by_range(views, c.point, c.seen_from);
+      c.seen_from = with_margin(c.seen_from, config);
+      good.push_back(std::move(c));
+    }
   }
   std::stable_sort(good.begin(), good.end(), [](const ChosenPoint& a, const ChosenPoint& b) { return quality(a.point) > quality(b.point); });
   std::vector<ChosenPoint> out;
   for (ChosenPoint& c : good) {
-    if (static_cast<int>(out.size()) == config.most_points) break;
-    if (std::none_of(out.begin(), out.end(), [&](const ChosenPoint& o) { return distance_px(views, o.point, c.point) < config.apart_px; })) out.push_back(std::move(c));
+    const bool near = std::any_of(out.begin(), out.end(), [&](const ChosenPoint& o) { return distance_px(views, o.point, c.point) < config.apart_px; });
+    if (near || static_cast<int>(out.size()) == config.most_points) ++counts.near;
+    else out.push_back(std::move(c));
   }
+  if (refused != nullptr) *refused = counts;
   return out;
 }
 

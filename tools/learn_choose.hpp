@@ -44,7 +44,12 @@ void rate(const std::vector<View>& views, LearntPoint& point);
 /// The sector without margins; fills `strength` of the point.
 SeenFrom sector_of(const std::vector<View>& views, LearntPoint& point);
 
+/// How many points were left out, and why: the first reason that holds.
+struct Refused {
+  int few{0}, scatter{0}, drift{0}, weak{0}, uncertain{0}, near{0};
+};
+
 /// The best of the points, no two too near to each other. `points` are rated.
-std::vector<ChosenPoint> choose(const ChooseConfig& config, const std::vector<View>& views, const std::vector<LearntPoint>& points);
+std::vector<ChosenPoint> choose(const ChooseConfig& config, const std::vector<View>& views, const std::vector<LearntPoint>& points, Refused* refused = nullptr);
 
 }  // namespace cyclops::tools::learn

@@ -22,19 +22,26 @@ std::string text_of(double v) {
 std::string quoted(const std::string& s) {
   if (s.find_first_of(",\"") == std::string::npos) return s;
   std::string out = "\"";
-  for (char c : s) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
+  for (char c : s) out.append(c == '"' ? 2 : 1, c);
+  out += '"';
+  return out;
 }
 
 std::string joined(std::initializer_list<double> values) {
   std::string out;
-  for (double v : values) out += (out.empty() ? "" : " ") + text_of(v);
+  for (double v : values) {
+    if (!out.empty()) out += ' ';
+    out += text_of(v);
+  }
   return out;
 }
 
 std::string normals_of(const Feature& f) {
   std::string out;
-  for (const Vec3& n : f.normals_m) out += (out.empty() ? "" : "; ") + joined({n.x(), n.y(), n.z()});
+  for (const Vec3& n : f.normals_m) {
+    if (!out.empty()) out += "; ";
+    out += joined({n.x(), n.y(), n.z()});
+  }
   return out;
 }
 

@@ -31,6 +31,7 @@ Vec3 lens_k(const CameraPose& T_c_k) { return (T_c_k.inverse() * Point<frame::C>
 
 struct Errors {
   std::vector<double> px, metres_aligned, metres_measured;
+  Vec3 sum_aligned_m{0, 0, 0};  // tanker body axes
   std::int64_t measured{0}, frames{0}, consensus{0}, inside95{0}, far{0}, predicted{0};
   double truth_rms_px{0};
 };
@@ -53,7 +54,9 @@ class Tester {
     if (!out.alignment.consensus) return;
     ++errors_.consensus;
     for (const Prediction& p : out.aligned.items) errors_.predicted += p.visibility == Visibility::kVisible ? 1 : 0;
-    errors_.metres_aligned.push_back((lens_k(out.alignment.T_c_k) - lens_k(truth->T_c_k)).norm());
+    const Vec3 error = lens_k(out.alignment.T_c_k) - lens_k(truth->T_c_k);
+    errors_.metres_aligned.push_back(error.norm());
+    errors_.sum_aligned_m += error;
   }
 
   [[nodiscard]] const Errors& errors() const { return errors_; }
@@ -97,6 +100,7 @@ class Tester {
 };
 
 json figures_of(const Errors& e) {
+  const Vec3 bias = e.sum_aligned_m / static_cast<double>(std::max<std::int64_t>(1, e.consensus));
   const double frames = static_cast<double>(std::max<std::int64_t>(1, e.frames)), measured = static_cast<double>(std::max<std::int64_t>(1, e.measured));
   return {{"frames", e.frames},
           {"consensus_share", static_cast<double>(e.consensus) / frames},
@@ -106,6 +110,7 @@ json figures_of(const Errors& e) {
           {"covariance_95_share", static_cast<double>(e.inside95) / measured},
           {"wrong_by_5px_share", static_cast<double>(e.far) / measured},
           {"aligned_position_error_m", distribution(e.metres_aligned)},
+          {"aligned_position_bias_m", {bias.x(), bias.y(), bias.z()}},
           {"measured_position_error_m", distribution(e.metres_measured)},
           {"truth_fit_rms_px", e.truth_rms_px}};
 }
@@ -161,12 +166,13 @@ Result<json> try_model(const Stretch& stretch, const std::string& tanker, const 
 
 std::string trial_line(const json& j) {
   const auto number = [&](const char* key, const char* part) { return j[key][part].get<double>(); };
-  char line[320];
-  std::snprintf(line, sizeof line, "%-12s %-16s %5d frames  %5.1f measured  error mean %.2f median %.2f p95 %.2f px  95 %% ellipse %4.1f %%  > 5 px %.2f %%  position median %.1f p95 %.1f cm (measurements alone %.1f, %.1f)",
+  char line[400];
+  std::snprintf(line, sizeof line, "%-12s %-16s %5d frames  %5.1f measured  error mean %.2f median %.2f p95 %.2f px  95 %% ellipse %4.1f %%  > 5 px %.2f %%  position median %.1f p95 %.1f cm (measurements alone %.1f, %.1f), bias %.1f %.1f %.1f",
                 j["flight"].get<std::string>().c_str(), j["model"].get<std::string>().c_str(), j["frames"].get<int>(), j["measured_a_frame"].get<double>(),
                 number("error_px", "mean"), number("error_px", "median"), number("error_px", "p95"), 100 * j["covariance_95_share"].get<double>(),
                 100 * j["wrong_by_5px_share"].get<double>(), 100 * number("aligned_position_error_m", "median"), 100 * number("aligned_position_error_m", "p95"),
-                100 * number("measured_position_error_m", "median"), 100 * number("measured_position_error_m", "p95"));
+                100 * number("measured_position_error_m", "median"), 100 * number("measured_position_error_m", "p95"), 100 * j["aligned_position_bias_m"][0].get<double>(),
+                100 * j["aligned_position_bias_m"][1].get<double>(), 100 * j["aligned_position_bias_m"][2].get<double>());
   return line;
 }
 

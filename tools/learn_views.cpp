@@ -132,7 +132,10 @@ bool take_patch(const ImageView& image, const Vec2& uv_px, Patch& out) {
       sum += x;
     }
   const float mean = sum / static_cast<float>(out.size());
-  for (float& x : out) sum2 += (x -= mean) * x;
+  for (float& x : out) {
+    x -= mean;
+    sum2 += x * x;
+  }
   if (!(sum2 > kLeastContrast * kLeastContrast * static_cast<double>(out.size()))) return false;
   for (float& x : out) x /= std::sqrt(sum2);
   return true;

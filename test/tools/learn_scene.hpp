@@ -48,7 +48,10 @@ struct LearnScene {
     std::normal_distribution<float> normal(0, 1);
     learn::Patch p;
     float sum2 = 0;
-    for (float& x : p) sum2 += (x = normal(r)) * x;
+    for (float& x : p) {
+      x = normal(r);
+      sum2 += x * x;
+    }
     for (float& x : p) x /= std::sqrt(sum2);
     return p;
   }
