@@ -114,6 +114,8 @@ $(call program,$(1)): $(call objects,$(1)) $(LIBS)
 	@$(CXX) $(LDFLAGS) $$^ $(LDLIBS) -o $$@
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$(m))))
+# Only learning needs a solver.
+$(B)/bin/cyclops-learn $(B)/test/unit-tests: LDLIBS += -lceres -lglog
 $(B)/test/unit-tests: $(call objects,$(UNIT_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/support.cpp) $(LIBS)
@@ -144,6 +146,13 @@ flights-page: types ## one page with pictures and figures of build/flights (PAGE
 thesis-table: all ## the thesis' results beside ours over S1 to S4; flies what is missing
 	@/usr/bin/python3 tools/flights.py make $(B) s1 s2 s3 s4
 	@/usr/bin/python3 tools/thesis_table.py $(B)
+
+LEARN ?= build/flights/s1@0-23
+LEARN_TEST ?= build/flights/s1@24-60 build/flights/s2 build/flights/s4
+LEARN_OUT ?= build/learnt.csv
+.PHONY: learn
+learn: $(B)/bin/cyclops-learn ## learn the tanker from flights (LEARN, LEARN_OUT) and try it on others (LEARN_TEST)
+	@$(B)/bin/cyclops-learn $(LEARN) --out $(LEARN_OUT) --strength $(LEARN_OUT:.csv=.json) --test $(LEARN_TEST) --figures $(LEARN_OUT:.csv=-test.json)
 
 check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
 	@test/check.sh $(B)

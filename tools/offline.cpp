@@ -112,10 +112,10 @@ class Run {
 }  // namespace
 
 Result<OfflineResult> run_offline(const std::string& folder, const Profile& profile, const std::string& log,
-                                  const std::function<void(double)>& progress, const FrameObserver& observe) {
+                                  const std::function<void(double)>& progress, const FrameObserver& observe, const std::string& tanker) {
   auto flight = FlightReader::open(folder);
   if (!flight.ok()) return flight.error();
-  auto rig = Rig::load(flight->path("rig.toml"));
+  auto rig = Rig::load(flight->path("rig.toml"), tanker);
   if (!rig.ok()) return rig.error();
   auto writer = record::EventLogWriter::create(log);
   if (!writer.ok()) return writer.error();

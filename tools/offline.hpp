@@ -27,8 +27,9 @@ struct OfflineResult {
 using FrameObserver = std::function<void(const Rig&, const FrameOutput&, const ImageView&)>;
 
 /// Results go to `log`, an event log as the service's messages would make it. `progress` is told the share done, or empty.
+/// `tanker`: a model file to use instead of the flight's own, or empty.
 Result<OfflineResult> run_offline(const std::string& flight, const Profile& profile, const std::string& log,
-                                  const std::function<void(double)>& progress, const FrameObserver& observe = {});
+                                  const std::function<void(double)>& progress, const FrameObserver& observe = {}, const std::string& tanker = {});
 
 /// Measurements as a table: frame, times, id, accepted, reason, pixels, metres, covariance, innovation, NIS.
 /// `logs`: the parts of one log. Returns the number of rows.

@@ -32,6 +32,8 @@ double quantile(std::vector<double>& sorted, double q) {
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(q * static_cast<double>(sorted.size())))];
 }
 
+}  // namespace
+
 json distribution(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   double sum = 0;
@@ -44,6 +46,8 @@ json distribution(std::vector<double> values) {
           {"p99", quantile(values, 0.99)},
           {"max", n == 0 ? 0 : values.back()}};
 }
+
+namespace {
 
 double share(std::int64_t part, std::int64_t whole) { return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole); }
 
@@ -86,6 +90,8 @@ Result<ByTime> read_published(const std::string& path) {
   }
 }
 
+}  // namespace
+
 Result<std::vector<truth_t>> read_truth(const std::string& flight) {
   std::vector<truth_t> out;
   if (auto whole = FlightReader::open(flight); !whole.ok()) return whole.error();
@@ -102,6 +108,8 @@ Result<std::vector<truth_t>> read_truth(const std::string& flight) {
     out.push_back(m);
   }
 }
+
+namespace {
 
 void fill(Scored& s, const Messages& m, const truth_t& truth) {
   for (const auto& p : m.prediction.items)

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include <cyclops/truth_t.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/result.hpp"
@@ -49,6 +50,12 @@ struct Run {                    ///< what a log of published messages says
   std::int64_t frames_with_truth{0};
   std::int64_t t_first_ns{0}, t_last_ns{0};
 };
+
+/// Every TRUTH of a flight, in order of arrival.
+Result<std::vector<truth_t>> read_truth(const std::string& flight);
+
+/// n, mean, median, p95, p99 and max; zeros when there is no value.
+nlohmann::json distribution(std::vector<double> values);
 
 /// `flight`: folder with TRUTH; `log`: event log with FRAME, PREDICTION, MEASUREMENT, TRACK.
 Result<Run> load_run(const std::string& flight, const std::string& log);

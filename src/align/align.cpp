@@ -329,9 +329,9 @@ void Aligner::State::place(const CameraPose& pose, const Mat6& P, double common_
       p.visibility = Visibility::kBehindCamera;
       continue;
     }
-    const double survey = model.features()[p.feature].sigma_m;
+    const Mat3 survey = TankerModel::covariance_in_camera(model.features()[p.feature], pose.rotation().matrix());
     p.uv_px = at->uv;
-    p.cov_px2 = at->by_pose * P * at->by_pose.transpose() + survey * survey * at->by_point * at->by_point.transpose() + common_px * common_px * Mat2::Identity();
+    p.cov_px2 = at->by_pose * P * at->by_pose.transpose() + at->by_point * survey * at->by_point.transpose() + common_px * common_px * Mat2::Identity();
     p.visibility = camera.inside(at->uv) ? Visibility::kVisible : Visibility::kOutsideImage;
   }
 }
