@@ -13,6 +13,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cyclops/truth_t.hpp>
+
 #include "base/result.hpp"
 
 namespace cyclops::tools {
@@ -49,6 +51,9 @@ struct Run {                    ///< what a log of published messages says
   std::int64_t frames_with_truth{0};
   std::int64_t t_first_ns{0}, t_last_ns{0};
 };
+
+/// All of a flight's TRUTH, in the order of the log. Error: not a flight, or truth of another version.
+Result<std::vector<truth_t>> flight_truth(const std::string& flight);
 
 /// `flight`: folder with TRUTH; `log`: event log with FRAME, PREDICTION, MEASUREMENT, TRACK.
 Result<Run> load_run(const std::string& flight, const std::string& log);

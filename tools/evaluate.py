@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+"""evaluate.py BUILD [options]: what the chain does on every standard flight, under several conditions of navigation, for many seeds.
+
+Goes on where it was stopped: a run is done again only when program, profile, scenario, seed or the definition of a figure changed.
+Writes OUT/report.json, report.txt and report.html (default build/evaluate). docs/evaluation.md says what each figure is.
+"""
+import argparse
+import json
+import os
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import evaluate_goals
+import evaluate_merge
+import evaluate_report
+import evaluate_runs as runs
+import flights
+
+CORE = ("s1", "s2", "s3", "s4", "low-sun-out", "twilight", "night", "low-sun-in", "block0", "block1", "block2", "block3", "block4", "turn", "wing-rock")
+SEGMENTS = ("s1", "s2", "s3", "s4")  # also without projection error and with navigation at every frame
+
+
+def numbers(text):
+    """"1-3,7" -> [1, 2, 3, 7]"""
+    out = []
+    for part in text.split(","):
+        a, _, b = part.partition("-")
+        out += range(int(a), int(b or a) + 1)
+    return out
+
+
+def plan(args, setting):
+    """[(key, flight, condition, navigation, seed, program, profile, text)]"""
+    out = []
+    for flight in args.flights:
+        rate = runs.frame_rate(flight)
+        for condition in args.conditions or (("12px-1hz", "12px", "true-1hz") if flight in SEGMENTS else ("12px-1hz",)):
+            navigation = runs.CONDITIONS[condition][0]
+            for profile in args.profiles:
+                text = runs.profile_for(profile, flight, condition, rate)
+                for seed in args.seeds if navigation == "measured" else args.seeds[:1]:  # without errors all seeds are the same
+                    key = setting.run_key(flight, navigation, seed, text)
+                    out.append((key, flight, condition, navigation, seed, "cyclops-evaluate", profile, text))
+    return out
+
+
+def do_runs(args, setting, planned):
+    todo = {}
+    for key, flight, condition, navigation, seed, program, profile, text in planned:
+        if not os.path.exists(os.path.join(setting.runs, key + ".json")):
+            names = {"flight": flight, "condition": condition, "seed": seed, "profile": profile}
+            todo.setdefault((flight, navigation, seed), []).append((key, program, text, names))
+    missing = sum(map(len, todo.values()))
+    print(f"{len(planned)} runs, {len(planned) - missing} of them known, {args.jobs} at a time", flush=True)
+    tasks = [(len(wanted), f"{flight} {navigation} seed {seed}", runs.job, (setting, flight, navigation, seed, wanted)) for (flight, navigation, seed), wanted in todo.items()]
+    return runs.in_parallel(tasks, args.jobs) if tasks else []
+
+
+def results(setting, planned):
+    for key, *_ in planned:
+        path = os.path.join(setting.runs, key + ".json")
+        if os.path.exists(path):
+            with open(path) as file:
+                yield json.load(file)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build")
+    parser.add_argument("--flights", type=lambda s: s.split(","), default=list(CORE))
+    parser.add_argument("--profiles", type=lambda s: s.split(","), default=["default"], help="names of config/*.toml")
+    parser.add_argument("--seeds", type=numbers, default=numbers("101-120"), help="of navigation, as 1-20: 1 to 20 to tune with, 101 to 120 to report")
+    parser.add_argument("--conditions", type=lambda s: s.split(","), help=f"of {', '.join(runs.CONDITIONS)}; default: by flight")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--out", default="build/evaluate")
+    parser.add_argument("--cache", default="build/flights/cache", help="pictures of the flights")
+    parser.add_argument("--accepted", default="docs/evaluation.json", help="figures of the run that was accepted last")
+    parser.add_argument("--accept", metavar="REASON", help="make this run the accepted one, and why")
+    args = parser.parse_args()
+    args.seeds_text = f"{args.seeds[0]} to {args.seeds[-1]}" if args.seeds == list(range(args.seeds[0], args.seeds[-1] + 1)) else " ".join(map(str, args.seeds))
+    known = {scenario for _, scenario, _ in flights.standard_set()}
+    if set(args.flights) - known:
+        sys.exit(f"evaluate.py: no scenario {', '.join(sorted(set(args.flights) - known))}; there are: {' '.join(sorted(known))}")
+    if set(args.conditions or ()) - set(runs.CONDITIONS):
+        sys.exit(f"evaluate.py: conditions are {', '.join(runs.CONDITIONS)}")
+    return args
+
+
+def main():
+    os.chdir(flights.ROOT)
+    args = arguments()
+    setting = runs.Setting(args.build, args.out, args.cache)
+    planned = plan(args, setting)
+    failed = do_runs(args, setting, planned)
+    groups = evaluate_merge.groups(results(setting, planned))
+    trials = {}
+    goals = evaluate_goals.table(groups, trials)
+    before = None
+    if os.path.exists(args.accepted):
+        with open(args.accepted) as file:
+            before = json.load(file)
+    report = evaluate_merge.small(groups, goals, trials, args.seeds_text, failed)
+    text = evaluate_report.text(report, before)
+    print(text)
+    with open(os.path.join(args.out, "report.txt"), "w") as file:
+        file.write(text + "\n")
+    with open(os.path.join(args.out, "report.json"), "w") as file:
+        json.dump(report, file, indent=1)
+    evaluate_report.page(report, groups, before, args.out)
+    if args.accept:
+        with open(args.accepted, "w") as file:
+            json.dump({**report, "reason": args.accept}, file, indent=1)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
