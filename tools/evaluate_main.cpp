@@ -12,6 +12,8 @@ int main(int argc, char** argv) {
   app.add_option("flight", flight, "flight folder with truth")->required();
   app.add_option("--config", config, "profile; the built-in default when left out");
   app.add_option("--out", out, "folder for features.npy, frames.npy and rig.json")->required();
+  std::int64_t frames = std::numeric_limits<std::int64_t>::max();
+  app.add_option("--frames", frames, "ends after so many")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   const auto fail = [](const cyclops::Error& e) {
     std::fprintf(stderr, "cyclops-evaluate: %s\n", e.message().c_str());
@@ -29,7 +31,7 @@ int main(int argc, char** argv) {
   std::filesystem::create_directories(out, ignored);
   const std::string log = out + "/published.lcm";
   const auto result = cyclops::tools::run_offline(
-      flight, profile, log, {}, [&](const cyclops::Rig& r, const cyclops::FrameOutput& frame, const cyclops::ImageView&) { tables->add(r, frame); });
+      flight, profile, log, {}, [&](const cyclops::Rig& r, const cyclops::FrameOutput& frame, const cyclops::ImageView&) { tables->add(r, frame); }, frames);
   std::filesystem::remove(log, ignored);
   if (!result.ok()) return fail(result.error());
   auto loaded = cyclops::Rig::load(flight + "/rig.toml");

@@ -43,7 +43,7 @@ class Setting:
             os.makedirs(folder, exist_ok=True)
         here = os.path.dirname(os.path.abspath(__file__))
         self.metrics = sha(*(content(os.path.join(here, f)) for f in METRICS))
-        self.programs = {p: sha(content(os.path.join(build, "bin", p))) for p in ("cyclops-flight", "cyclops-evaluate")}
+        self.programs = {p: sha(content(os.path.join(build, "bin", p))) for p in ("cyclops-flight", "cyclops-evaluate", "cyclops-disturb")}
 
     def program(self, name):
         return os.path.join(self.build, "bin", name)
