@@ -42,10 +42,28 @@ def plan(args, setting):
                 for seed in args.seeds if navigation == "measured" else args.seeds[:1]:  # without errors all seeds are the same
                     key = setting.run_key(flight, navigation, seed, text)
                     out.append((key, flight, condition, navigation, seed, "cyclops-evaluate", profile, text))
+        if flight in SEGMENTS:
+            for peer in args.peers:  # the profile says when navigation updates, no more
+                text = runs.profile_for("thesis-2007", flight, "12px-1hz", rate)
+                seed = args.seeds[0]
+                out.append((setting.run_key(flight, "measured", seed, text, peer), flight, "12px-1hz", "measured", seed, peer, peer.removeprefix("cyclops-"), text))
     return out
 
 
-def do_runs(args, setting, planned):
+def plan_recorded(args, setting):
+    """[(key, folder, program, profile text, names)]: flights that are there, with the profiles as they are and the peers."""
+    out = []
+    for folder in args.recorded:
+        flight = os.path.basename(os.path.normpath(folder)).removesuffix(".flight")
+        who = [("cyclops-evaluate", p, p) for p in args.profiles] + [(p, "thesis-2007", p.removeprefix("cyclops-")) for p in args.peers]
+        for program, profile, shown in who:
+            text = runs.content(f"config/{profile}.toml").decode()
+            names = {"flight": flight, "condition": "as it is", "seed": 0, "profile": shown}
+            out.append((runs.recorded_key(setting, folder, text, program), folder, program, text, names))
+    return out
+
+
+def do_runs(args, setting, planned, recorded):
     todo = {}
     for key, flight, condition, navigation, seed, program, profile, text in planned:
         if not os.path.exists(os.path.join(setting.runs, key + ".json")):
@@ -54,6 +72,7 @@ def do_runs(args, setting, planned):
     missing = sum(map(len, todo.values()))
     print(f"{len(planned)} runs, {len(planned) - missing} of them known, {args.jobs} at a time", flush=True)
     tasks = [(len(wanted), f"{flight} {navigation} seed {seed}", runs.job, (setting, flight, navigation, seed, wanted)) for (flight, navigation, seed), wanted in todo.items()]
+    tasks += [(1, f"{r[4]['flight']} {r[4]['profile']}", runs.recorded_job, (setting, r[1], r[0], *r[2:])) for r in recorded if not os.path.exists(os.path.join(setting.runs, r[0] + ".json"))]
     return runs.in_parallel(tasks, args.jobs) if tasks else []
 
 
@@ -89,6 +108,8 @@ def arguments():
     parser.add_argument("--out", default="build/evaluate")
     parser.add_argument("--cache", default="build/flights/cache", help="pictures of the flights")
     parser.add_argument("--trials", type=int, default=10, help="seeds that fly the disturbed flights, 0 for none")
+    parser.add_argument("--peers", action=argparse.BooleanOptionalAction, default=True, help="other people's trackers, where they are built: the first seed of S1 to S4")
+    parser.add_argument("--recorded", type=lambda s: [f for f in s.split(",") if f], default=[f for f in ("build/cube_6px.flight",) if os.path.isdir(f)], help="folders of flights with truth that are run as they are")
     parser.add_argument("--accepted", default="docs/evaluation.json", help="figures of the run that was accepted last")
     parser.add_argument("--accept", metavar="REASON", help="make this run the accepted one, and why")
     args = parser.parse_args()
@@ -105,9 +126,10 @@ def main():
     os.chdir(flights.ROOT)
     args = arguments()
     setting = runs.Setting(args.build, args.out, args.cache)
-    planned = plan(args, setting)
-    failed = do_runs(args, setting, planned)
-    groups = evaluate_merge.groups(kept(setting, (p[0] for p in planned)))
+    args.peers = [p for p in runs.PEERS if p in setting.programs] if args.peers else []
+    planned, recorded = plan(args, setting), plan_recorded(args, setting)
+    failed = do_runs(args, setting, planned, recorded)
+    groups = evaluate_merge.groups(kept(setting, (p[0] for p in planned + recorded)))
     trials, failed_trials = do_trials(args, setting)
     goals = evaluate_goals.table(groups, trials)
     before = None

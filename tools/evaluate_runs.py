@@ -17,6 +17,7 @@ import profile_text
 CONDITIONS = {  # navigation of the flight, seconds between its updates (None: every frame)
     "12px-1hz": ("measured", 1.0), "12px": ("measured", None), "true-1hz": ("true", 1.0), "true": ("true", None)}
 THESIS_GATE_PX = {"s2": 9, "s3": 16, "s4": 6}  # spec 4.2; the others 13, and 6 with true navigation
+PEERS = ("cyclops-peer-opencv", "cyclops-peer-visp")
 METRICS = ("evaluate_metrics.py", "evaluate_pose.py")
 
 
@@ -43,7 +44,7 @@ class Setting:
             os.makedirs(folder, exist_ok=True)
         here = os.path.dirname(os.path.abspath(__file__))
         self.metrics = sha(*(content(os.path.join(here, f)) for f in METRICS))
-        self.programs = {p: sha(content(os.path.join(build, "bin", p))) for p in ("cyclops-flight", "cyclops-evaluate", "cyclops-disturb")}
+        self.programs = {p: sha(content(os.path.join(build, "bin", p))) for p in ("cyclops-flight", "cyclops-evaluate", "cyclops-disturb", *PEERS) if os.path.exists(os.path.join(build, "bin", p))}
 
     def program(self, name):
         return os.path.join(self.build, "bin", name)
@@ -125,6 +126,19 @@ def job(setting, flight, navigation, seed, wanted):
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return len(wanted)
+
+
+def recorded_key(setting, folder, text, program):
+    return sha(setting.programs[program], setting.metrics, text, *(content(os.path.join(folder, f)) for f in ("manifest.toml", "rig.toml", "messages.lcm")))[:32]
+
+
+def recorded_job(setting, folder, key, program, text, names):
+    """A flight that is there, as it is."""
+    tables = os.path.join(setting.work, key)
+    try:
+        save(setting, key, {**names, **measure(setting, program, folder, text, tables)})
+    finally:
+        shutil.rmtree(tables, ignore_errors=True)
 
 
 def in_parallel(tasks, jobs, show=print):

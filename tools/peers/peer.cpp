@@ -79,6 +79,8 @@ int run(int argc, char** argv, const char* about, const std::function<std::uniqu
   app.add_option("flight", flight, "flight folder with truth")->required();
   app.add_option("--config", config, "profile of Cyclops; only its navigation counts here")->required();
   app.add_option("--out", out, "folder for features.npy, frames.npy and rig.json")->required();
+  std::int64_t frames = std::numeric_limits<std::int64_t>::max();
+  app.add_option("--frames", frames, "ends after so many")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   const auto fail = [&](const Error& e) {
     std::fprintf(stderr, "%s: %s\n", argv[0], e.message().c_str());
@@ -96,7 +98,7 @@ int run(int argc, char** argv, const char* about, const std::function<std::uniqu
   const auto peer = make(*rig);
   Recorder recorder(*tables, *peer);
   const std::string log = out + "/published.lcm";
-  const auto result = tools::run_offline(flight, *profile, log, {}, [&](const Rig& r, const FrameOutput& in, const ImageView& image) { recorder.see(r, in, image); });
+  const auto result = tools::run_offline(flight, *profile, log, {}, [&](const Rig& r, const FrameOutput& in, const ImageView& image) { recorder.see(r, in, image); }, frames);
   std::filesystem::remove(log, ignored);
   if (!result.ok()) return fail(result.error());
   if (auto done = tables->write(*rig, out); !done.ok()) return fail(done.error());

@@ -9,6 +9,7 @@
 namespace cyclops::peers {
 namespace {
 
+constexpr std::size_t kFewEdges = 200;  // up to here what hides what is worked out line by line; above, a face hides only itself
 using Grid = std::array<long, 3>;
 using Key = std::array<Grid, 2>;
 
@@ -58,7 +59,7 @@ VispEdges::VispEdges(const std::string& cao, const std::vector<Segment>& edges, 
   tracker_->setAngleDisappear(vpMath::rad(89));
   tracker_->setNearClippingDistance(0.01);
   tracker_->setFarClippingDistance(2000);
-  tracker_->setScanLineVisibilityTest(true);
+  tracker_->setScanLineVisibilityTest(edges.size() < kFewEdges);
   tracker_->loadModel(cao);
 }
 

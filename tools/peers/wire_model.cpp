@@ -12,7 +12,7 @@
 namespace cyclops::peers {
 namespace {
 
-constexpr double kSharp = 30 * std::numbers::pi / 180, kShortest_m = 0.1, kPaint = 0.25;
+constexpr double kSharp = 30 * std::numbers::pi / 180, kShortest_m = 0.3, kPaint = 0.25;
 using Side = std::pair<std::size_t, std::size_t>;
 
 Side side(std::size_t a, std::size_t b) { return {std::min(a, b), std::max(a, b)}; }
@@ -41,7 +41,7 @@ WireModel from_mesh(const hil::Mesh& mesh, const TankerModel& tanker) {
       face.corner.push_back(t.vertex[i]);
       face.edge.push_back(is_edge(side(t.vertex[i], t.vertex[(i + 1) % 3])));
     }
-    out.faces.push_back(std::move(face));
+    if (std::find(face.edge.begin(), face.edge.end(), true) != face.edge.end()) out.faces.push_back(std::move(face));
   }
   return out;
 }

@@ -3,7 +3,8 @@
 ///
 /// Frames   tanker body, metres. A C-12 takes its shape from the flight generator, the very mesh the pictures were drawn from; any
 ///          other object is the convex hull of its features.
-/// Edges    faces meet at more than 30 degrees or differ in paint, and the side is at least 0.1 m long (hull: all sides).
+/// Edges    faces meet at more than 30 degrees or differ in paint, and the side is at least 0.3 m long (hull: all sides). Faces without
+///          one are left out: 12 000 triangles are beyond what an edge tracker can sort by depth in a frame's time.
 #include <string>
 #include <vector>
 
