@@ -37,7 +37,7 @@ def share(part, whole):
 
 
 def mahalanobis2(du, dv, uu, uv, vv):
-    det = uu * vv - uv * uv
+    det = np.asarray(uu * vv - uv * uv, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(det > 0, (vv * du * du - 2 * uv * du * dv + uu * dv * dv) / det, np.inf)
 
@@ -131,7 +131,8 @@ def figures(features, frames, rig, ranges_ft=None):
     visible = rows[rows["truth"] == 1]
     measured = visible[visible["measured"] > 0]
     hidden = rows[(rows["truth"] == 0) & (rows["measured"] > 0)]
-    genuine = np.isin(visible["id"], GENUINE)
+    corners = GENUINE if set(GENUINE) <= {f["id"] for f in rig["features"]} else ()
+    genuine = np.isin(visible["id"], corners)
     error = np.hypot(measured["u"] - measured["true_u"], measured["v"] - measured["true_v"])
     off = lambda r, name: np.hypot(r[name + "_u"] - r["true_u"], r[name + "_v"] - r["true_v"])
     predicted = visible[(visible["predicted"] > 0) & (frames["nav_update"][visible["frame"]] > 0)]
@@ -143,7 +144,7 @@ def figures(features, frames, rig, ranges_ft=None):
     own = of_measurements(measured)
     p_d = {i: (visible["measured"][visible["id"] == i] > 0).mean() for i in np.unique(visible["id"])}
     good = [i for i in p_d if p_d[i] >= .9]
-    strong = measured[np.isin(measured["id"], [i for i in good if i in GENUINE])]
+    strong = measured[np.isin(measured["id"], [i for i in good if i in corners])]
     scalars = {
         "frames": n, "frames_with_truth": int(frames["has_truth"].sum()), "duration_s": float(t_s[-1]) if n else 0, "visible_a_frame": float(seen.mean()) if n else 0,
         "detection_probability": share(len(measured), len(visible)), "within_3px_of_visible": share((error < 3).sum(), len(visible)),
@@ -151,8 +152,8 @@ def figures(features, frames, rig, ranges_ft=None):
         "unobserved": len(visible) - len(measured), "missed_by_dropped_tracks": int((~alive).sum()), "measured_though_hidden": len(hidden),
         **own, "projection_px": distribution(off(predicted, "predicted")), "filter_px": distribution(off(before, "before")),
         "wrong_spells": len(spells), "divergent": sum(int(s > LONG_WRONG_S) for s in spells), "longest_wrong_s": float(max(spells, default=0.0)),
-        "genuine": {"detection_probability": share((visible["measured"][genuine] > 0).sum(), genuine.sum()), **of_measurements(measured[np.isin(measured["id"], GENUINE)])},
-        "genuine_found": {"features": [int(i) for i in good if i in GENUINE], **of_measurements(strong)}, "found_9_of_10": {"features": len(good), **of_measurements(measured[np.isin(measured["id"], good)])},
+        "genuine": {"detection_probability": share((visible["measured"][genuine] > 0).sum(), genuine.sum()), **of_measurements(measured[np.isin(measured["id"], corners)])},
+        "genuine_found": {"features": [int(i) for i in good if i in corners], **of_measurements(strong)}, "found_9_of_10": {"features": len(good), **of_measurements(measured[np.isin(measured["id"], good)])},
         "kinds": {k: of_measurements(measured[measured["kind"] == j]) for j, k in enumerate(KINDS) if (measured["kind"] == j).any()},
         "consensus": float(frames["consensus"].mean()) if n else 0, "nav_suspect": float(frames["nav_suspect"].mean()) if n else 0,
         "position": position_figures(rows, frames, rig, ranges),
