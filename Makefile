@@ -125,7 +125,7 @@ PEERS := $(B)/bin/cyclops-peer-opencv $(if $(wildcard /usr/include/*/visp3/mbt/v
 $(B)/bin/cyclops-peer-opencv: PEER_LIBS := -lopencv_video
 $(B)/bin/cyclops-peer-visp: $(call objects,tools/peers/visp_edges.cpp tools/peers/wire_model.cpp)
 $(B)/obj/tools/peers/visp_edges.o: CXXFLAGS += -std=c++17
-$(B)/bin/cyclops-peer-visp: PEER_LIBS := -lvisp_mbt -lvisp_me -lvisp_vision -lvisp_visual_features -lvisp_gui -lvisp_io -lvisp_core
+$(B)/bin/cyclops-peer-visp: PEER_LIBS := -lvisp_mbt -lvisp_me -lvisp_core
 .SECONDARY: $(call objects,$(wildcard tools/peers/*.cpp))
 $(B)/bin/cyclops-peer-%: $(B)/obj/tools/peers/%_main.o $(call objects,tools/peers/peer.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"

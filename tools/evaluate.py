@@ -19,6 +19,7 @@ import flights
 
 CORE = ("s1", "s2", "s3", "s4", "low-sun-out", "twilight", "night", "low-sun-in", "block0", "block1", "block2", "block3", "block4", "turn", "wing-rock")
 SEGMENTS = ("s1", "s2", "s3", "s4")  # also without projection error and with navigation at every frame
+ALL_SEEDS = {(f, evaluate_goals.REAL) for _, f, *_ in evaluate_goals.goals()}  # what a goal speaks of; the rest flies the first few
 
 
 def numbers(text):
@@ -39,7 +40,8 @@ def plan(args, setting):
             navigation = runs.CONDITIONS[condition][0]
             for profile in args.profiles:
                 text = runs.profile_for(profile, flight, condition, rate)
-                for seed in args.seeds if navigation == "measured" else args.seeds[:1]:  # without errors all seeds are the same
+                few = 1 if navigation == "true" else None if (flight, condition) in ALL_SEEDS else args.few  # without errors all seeds are the same
+                for seed in args.seeds[:few]:
                     key = setting.run_key(flight, navigation, seed, text)
                     out.append((key, flight, condition, navigation, seed, "cyclops-evaluate", profile, text))
         if flight in SEGMENTS:
@@ -68,10 +70,10 @@ def do_runs(args, setting, planned, recorded):
     for key, flight, condition, navigation, seed, program, profile, text in planned:
         if not os.path.exists(os.path.join(setting.runs, key + ".json")):
             names = {"flight": flight, "condition": condition, "seed": seed, "profile": profile}
-            todo.setdefault((flight, navigation, seed), []).append((key, program, text, names))
+            todo.setdefault((program in runs.PEERS, flight, navigation, seed), []).append((key, program, text, names))
     missing = sum(map(len, todo.values()))
     print(f"{len(planned)} runs, {len(planned) - missing} of them known, {args.jobs} at a time", flush=True)
-    tasks = [(len(wanted), f"{flight} {navigation} seed {seed}", runs.job, (setting, flight, navigation, seed, wanted)) for (flight, navigation, seed), wanted in todo.items()]
+    tasks = [(len(wanted), f"{flight} {navigation} seed {seed}{' peers' if peers else ''}", runs.job, (setting, flight, navigation, seed, wanted)) for (peers, flight, navigation, seed), wanted in sorted(todo.items(), key=lambda t: t[0][0])]
     tasks += [(1, f"{r[4]['flight']} {r[4]['profile']}", runs.recorded_job, (setting, r[1], r[0], *r[2:])) for r in recorded if not os.path.exists(os.path.join(setting.runs, r[0] + ".json"))]
     return runs.in_parallel(tasks, args.jobs) if tasks else []
 
@@ -103,11 +105,12 @@ def arguments():
     parser.add_argument("--flights", type=lambda s: s.split(","), default=list(CORE))
     parser.add_argument("--profiles", type=lambda s: s.split(","), default=["default"], help="names of config/*.toml")
     parser.add_argument("--seeds", type=numbers, default=numbers("101-120"), help="of navigation, as 1-20: 1 to 20 to tune with, 101 to 120 to report")
+    parser.add_argument("--few", type=int, default=5, help="seeds of what no goal speaks of")
     parser.add_argument("--conditions", type=lambda s: s.split(","), help=f"of {', '.join(runs.CONDITIONS)}; default: by flight")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--out", default="build/evaluate")
     parser.add_argument("--cache", default="build/flights/cache", help="pictures of the flights")
-    parser.add_argument("--trials", type=int, default=10, help="seeds that fly the disturbed flights, 0 for none")
+    parser.add_argument("--trials", type=int, default=5, help="seeds that fly the disturbed flights, 0 for none")
     parser.add_argument("--peers", action=argparse.BooleanOptionalAction, default=True, help="other people's trackers, where they are built: the first seed of S1 to S4")
     parser.add_argument("--recorded", type=lambda s: [f for f in s.split(",") if f], default=[f for f in ("build/cube_6px.flight",) if os.path.isdir(f)], help="folders of flights with truth that are run as they are")
     parser.add_argument("--accepted", default="docs/evaluation.json", help="figures of the run that was accepted last")

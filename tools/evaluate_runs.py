@@ -118,7 +118,7 @@ def save(setting, key, result):
 
 def job(setting, flight, navigation, seed, wanted):
     """One flight and all runs over it that are missing. wanted: [(key, program, profile text, names)]"""
-    folder = os.path.join(setting.work, f"{flight}-{navigation}-{seed}")
+    folder = os.path.join(setting.work, f"{flight}-{navigation}-{seed}-{wanted[0][0]}")
     try:
         fly(setting, flight, navigation, seed, folder)
         for key, program, text, names in wanted:
