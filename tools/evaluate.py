@@ -9,6 +9,7 @@ import json
 import os
 import sys
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # parallel are the runs
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import evaluate_goals
 import evaluate_merge

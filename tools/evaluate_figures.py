@@ -87,7 +87,7 @@ def strength(groups, out):
     """Maps of features by range (S1) and by light."""
     there = [f for f in LIGHT if (f, REAL, "default") in groups]
     s1 = groups.get(("s1", REAL, "default"))
-    figure, axes = plt.subplots(2, 2, figsize=(12, 8))
+    figure, axes = plt.subplots(2, 2, figsize=(13, 9))
     if s1:
         ids, visible = sums(s1, "visible")
         measured, error = sums(s1, "measured")[1], sums(s1, "error")[1]

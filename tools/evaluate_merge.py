@@ -3,6 +3,7 @@ import subprocess
 
 import numpy as np
 
+BY_SEED = ("error_px.mean", "error_px.median", "error_px.p99", "over_5px", "longest_wrong_s", "coverage_95", "measurements_a_frame", "within_3px_of_visible", "chain_us.median")
 LOWER_IS_WORSE = ("detection_probability", "within_3px_of_visible", "measurements_a_frame", "measurements_a_frame_p5", "measurements_a_frame_min", "coverage_95", "consensus")
 
 
@@ -43,7 +44,19 @@ def groups(results):
         out[key] = {
             "runs": len(found), "seeds": [r["seed"] for r in found], "mean": {k: float(np.mean(v)) for k, v in columns.items()}, "sd": {k: float(np.std(v)) for k, v in columns.items()},
             "worst": {k: float(min(v) if k.split(".")[-1] in LOWER_IS_WORSE else max(v)) for k, v in columns.items()}, "counts": counts, "series": found[0]["series"],
-            "by_seed": {r["seed"]: {k: flat(r["scalars"]).get(k) for k in ("error_px.mean", "error_px.p99", "over_5px", "longest_wrong_s", "coverage_95", "measurements_a_frame")} for r in found}}
+            "by_seed": {r["seed"]: {k: flat(r["scalars"]).get(k) for k in BY_SEED} for r in found}}
+    return out
+
+
+def beside_peers(groups_):
+    """[{"flight", "who", figures}]: each peer's runs and Cyclops' over the very same flights and seeds."""
+    out = []
+    for f, c in sorted({(f, c) for f, c, p in groups_ if p.startswith("peer-")}):
+        seeds = set.intersection(*(set(g["seeds"]) for (g_f, g_c, _), g in groups_.items() if (g_f, g_c) == (f, c)))
+        for (g_f, g_c, who), g in sorted(groups_.items()):
+            if (g_f, g_c) == (f, c) and seeds:
+                figures = {k: [g["by_seed"][s][k] for s in seeds if g["by_seed"][s][k] is not None] for k in BY_SEED}
+                out.append({"flight": f, "who": who, "seeds": sorted(seeds), **{k: round(float(np.mean(v)), 4) for k, v in figures.items() if v}})
     return out
 
 
@@ -57,6 +70,6 @@ def version():
 
 def small(groups_, goals, trials, seeds, failed):
     """What is written as JSON and kept as accepted."""
-    return {"version": version(), "seeds": seeds, "failed": failed, "goals": goals, "trials": trials,
+    return {"version": version(), "seeds": seeds, "failed": failed, "goals": goals, "trials": trials, "peers": beside_peers(groups_),
             "groups": {" ".join(key): {"runs": g["runs"], "mean": {k: round(v, 4) for k, v in g["mean"].items()}, "sd": {k: round(v, 4) for k, v in g["sd"].items() if k.count(".") < 2},
                                        "worst": {k: round(v, 4) for k, v in g["worst"].items() if k.count(".") < 2}} for key, g in groups_.items()}}

@@ -32,6 +32,15 @@ def goal_rows(report):
         yield [g["goal"], g["where"], g["wanted"], value, "met" if g["met"] else "MISSED"]
 
 
+PEER_COLUMNS = (("mean px", "error_px.mean", "{:.2f}"), ("median px", "error_px.median", "{:.2f}"), ("p99 px", "error_px.p99", "{:.1f}"), ("> 5 px", "over_5px", "{:.1%}"),
+                ("visible within 3 px", "within_3px_of_visible", "{:.1%}"), ("a frame", "measurements_a_frame", "{:.1f}"), ("time a frame, p50 us", "chain_us.median", "{:.0f}"))
+
+
+def peer_rows(report):
+    for p in report["peers"]:
+        yield [f"{p['flight']} {p['who']}", *(cell(p.get(figure), form) for _, figure, form in PEER_COLUMNS)]
+
+
 def trial_rows(report):
     for name, t in sorted(report["trials"].items()):
         yield [name, ", ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in t.items() if not isinstance(v, list))]
@@ -61,6 +70,7 @@ def sections(report, before):
     goals = list(goal_rows(report))
     yield f"Goals: {sum(g['met'] for g in report['goals'])} of {len(goals)} met", ("goal", "where", "wanted", "measured", ""), goals
     yield "Figures, means over the seeds", ("flight, navigation, profile", *(c[0] for c in COLUMNS)), list(rows(report))
+    yield "Beside the peers, same flights and seeds", ("flight, whose", *(c[0] for c in PEER_COLUMNS)), list(peer_rows(report))
     yield "Disturbed flights", ("", ""), list(trial_rows(report))
     if before:
         yield f"Changes against the accepted run ({before['version']}: {before.get('reason', '')})", ("flight, navigation, profile", "figure", "accepted", "now", ""), list(change_rows(report, before))
