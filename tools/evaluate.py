@@ -41,7 +41,7 @@ def plan(args, setting):
             navigation = runs.CONDITIONS[condition][0]
             for profile in args.profiles:
                 text = runs.profile_for(profile, flight, condition, rate)
-                few = 1 if navigation == "true" else None if (flight, condition) in ALL_SEEDS else args.few  # without errors all seeds are the same
+                few = 1 if navigation == "true" else None if (flight, condition) in ALL_SEEDS and profile == evaluate_goals.PROFILE else args.few  # without errors all seeds are the same
                 for seed in args.seeds[:few]:
                     key = setting.run_key(flight, navigation, seed, text)
                     out.append((key, flight, condition, navigation, seed, "cyclops-evaluate", profile, text))
