@@ -45,11 +45,11 @@ def plan(args, setting):
                 for seed in args.seeds[:few]:
                     key = setting.run_key(flight, navigation, seed, text)
                     out.append((key, flight, condition, navigation, seed, "cyclops-evaluate", profile, text))
-        if flight in SEGMENTS:
-            for peer in args.peers:  # the profile says when navigation updates, no more
-                text = runs.profile_for("thesis-2007", flight, "12px-1hz", rate)
-                seed = args.seeds[0]
-                out.append((setting.run_key(flight, "measured", seed, text, peer), flight, "12px-1hz", "measured", seed, peer, peer.removeprefix("cyclops-"), text))
+        if flight in SEGMENTS and args.peers:
+            seed = args.seeds[0]
+            for program, profile, shown in [("cyclops-evaluate", "default", "default"), *((p, "thesis-2007", p.removeprefix("cyclops-")) for p in args.peers)]:
+                text = runs.profile_for(profile, flight, "12px-1hz", rate)  # a peer reads no more of it than when navigation updates
+                out.append((setting.run_key(flight, "measured", seed, f"{text} first {runs.PEER_FRAMES}", program), flight, runs.BESIDE, "measured", seed, program, shown, text))
     return out
 
 
@@ -71,7 +71,7 @@ def do_runs(args, setting, planned, recorded):
     for key, flight, condition, navigation, seed, program, profile, text in planned:
         if not os.path.exists(os.path.join(setting.runs, key + ".json")):
             names = {"flight": flight, "condition": condition, "seed": seed, "profile": profile}
-            todo.setdefault((program in runs.PEERS, flight, navigation, seed), []).append((key, program, text, names))
+            todo.setdefault((condition == runs.BESIDE, flight, navigation, seed), []).append((key, program, text, names))
     missing = sum(map(len, todo.values()))
     print(f"{len(planned)} runs, {len(planned) - missing} of them known, {args.jobs} at a time", flush=True)
     tasks = [(len(wanted), f"{flight} {navigation} seed {seed}{' peers' if peers else ''}", runs.job, (setting, flight, navigation, seed, wanted)) for (peers, flight, navigation, seed), wanted in sorted(todo.items(), key=lambda t: t[0][0])]

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import evaluate_metrics
+import evaluate_runs
 
 BLUE, AMBER, GREY, RED = "#1f5a8a", "#c47f17", "#8a94a6", "#a8321e"
 SEGMENTS = ("s1", "s2", "s3", "s4")
@@ -138,7 +139,7 @@ def peers(groups, out):
     figure, axes = plt.subplots(1, max(1, len(flights)), figsize=(2.6 * max(2, len(flights)), 2.8), squeeze=False, sharey=True)
     for axis, f in zip(axes[0], flights):
         for (g, c, p), group in sorted(groups.items()):
-            if g == f and c in (REAL, "as it is") and p in WHO:
+            if g == f and c in (evaluate_runs.BESIDE, "as it is") and p in WHO:
                 n = np.array(group["counts"]["error"], float)
                 seen = sum(map(sum, (x["visible"] for x in group["counts"]["features"].values())))
                 axis.plot(evaluate_metrics.ERROR_BINS[1:-1], 100 * np.cumsum(n)[:-1] / max(1, seen), color=WHO[p], lw=1.2, label=p)
@@ -146,7 +147,7 @@ def peers(groups, out):
         axis.grid(alpha=.3)
     axes[0, 0].set_ylabel("% of visible features within")
     axes[0, 0].legend(fontsize=7)
-    return save(figure, out, "peers.png"), "Share of the visible features measured within an error: Cyclops and the peers on the same flights (peers: one seed)"
+    return save(figure, out, "peers.png"), "Share of the visible features measured within an error: Cyclops and the peers on the same flights (one seed, first 300 frames)"
 
 
 def stages(groups, out):
