@@ -115,7 +115,7 @@ def arguments():
     parser.add_argument("--peers", action=argparse.BooleanOptionalAction, default=True, help="other people's trackers, where they are built: the first seed of S1 to S4")
     parser.add_argument("--recorded", type=lambda s: [f for f in s.split(",") if f], default=[f for f in ("build/cube_6px.flight",) if os.path.isdir(f)], help="folders of flights with truth that are run as they are")
     parser.add_argument("--accepted", default="docs/evaluation.json", help="figures of the run that was accepted last")
-    parser.add_argument("--accept", metavar="REASON", help="make this run the accepted one, and why")
+    parser.add_argument("--accept", metavar="REASON", help="make this run the accepted one (docs/evaluation.json, evaluation-figures.md), and why")
     args = parser.parse_args()
     args.seeds_text = f"{args.seeds[0]} to {args.seeds[-1]}" if args.seeds == list(range(args.seeds[0], args.seeds[-1] + 1)) else " ".join(map(str, args.seeds))
     known = {scenario for _, scenario, _ in flights.standard_set()}
@@ -149,8 +149,11 @@ def main():
         json.dump(report, file, indent=1)
     evaluate_report.page(report, groups, before, args.out)
     if args.accept:
+        report["reason"] = args.accept
         with open(args.accepted, "w") as file:
-            json.dump({**report, "reason": args.accept}, file, indent=1)
+            json.dump(report, file, indent=1)
+        with open(os.path.splitext(args.accepted)[0] + "-figures.md", "w") as file:
+            file.write(evaluate_report.markdown(report))
     sys.exit(1 if report["failed"] else 0)
 
 

@@ -96,6 +96,15 @@ def text(report, before):
     return "\n\n".join(parts + [f"failed: {f}" for f in report["failed"]])
 
 
+def markdown(report):
+    """The accepted figures as a page for docs/."""
+    parts = [f"# Accepted figures: {report['version']}, seeds {report['seeds']}", f"Made by `make evaluate`; [evaluation.md](evaluation.md) says what each figure is. Accepted because: {report['reason']}", NOTE]
+    for title, head, body in sections(report, None):
+        if body:
+            parts.append("\n".join([f"## {title}\n", "| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *("| " + " | ".join(row) + " |" for row in body)]))
+    return "\n\n".join(parts) + "\n"
+
+
 STYLE = """body{font:14px/1.45 system-ui,sans-serif;max-width:1400px;margin:2em auto;padding:0 1em;color:#1a202c}table{border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums}
 td,th{padding:.15em .5em;border-bottom:1px solid #e2e8f0;text-align:right;white-space:nowrap}td:first-child,th:first-child{text-align:left}.wide{overflow-x:auto}.bad{color:#b7410e;font-weight:600}img{max-width:100%;display:block;margin:.6em 0}
 figcaption{color:#4a5568}figure{margin:1em 0}"""
