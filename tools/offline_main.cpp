@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
   const bool show = !quiet && isatty(2) != 0;
   const auto result = cyclops::tools::run_offline(flight, profile, log, [&](double share) {
     if (show) std::fprintf(stderr, "\r%3.0f %%", 100 * share);
-  }, {}, tanker);
+  }, {}, {.tanker = tanker});
   if (show) std::fprintf(stderr, "\r     \r");
   const auto remove_log = [&] {
     std::error_code ignored;
