@@ -64,7 +64,7 @@ class GpioStrobe final : public StrobeSource {
   Result<> open() override {
     status_.connected = false;
     request_.reset();
-    last_seq_ = -1;
+    last_seq_ = 0;   // the kernel counts from 1
     const Chip chip = open_chip(config_.chip);
     if (!chip) return no_chip(config_.chip, errno);
     unsigned int offset = static_cast<unsigned int>(config_.line);
@@ -117,7 +117,7 @@ class GpioStrobe final : public StrobeSource {
 
   StrobeEdge take(gpiod_edge_event* e) {
     const auto seq = static_cast<std::int64_t>(gpiod_edge_event_get_line_seqno(e));
-    if (last_seq_ >= 0 && seq > last_seq_ + 1) status_.lost += static_cast<std::uint64_t>(seq - last_seq_ - 1);
+    if (seq > last_seq_ + 1) status_.lost += static_cast<std::uint64_t>(seq - last_seq_ - 1);
     last_seq_ = seq;
     return {Time{static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(e))}, seq, gpiod_edge_event_get_event_type(e) == GPIOD_EDGE_EVENT_RISING_EDGE};
   }
@@ -133,7 +133,7 @@ class GpioStrobe final : public StrobeSource {
   StrobeStatus status_;
   Request request_;
   Events events_;
-  std::int64_t last_seq_{-1};
+  std::int64_t last_seq_{0};
 };
 
 #else

@@ -55,7 +55,7 @@ class UapiStrobe final : public StrobeSource {
   Result<> open() override {
     status_.connected = false;
     line_.reset();
-    last_seq_ = -1;
+    last_seq_ = 0;   // the kernel counts from 1
     const Fd chip = open_chip(config_.chip);
     if (!chip.open()) return no_chip(config_.chip, errno);
     std::uint32_t offset = static_cast<std::uint32_t>(config_.line);
@@ -120,7 +120,7 @@ class UapiStrobe final : public StrobeSource {
 
   StrobeEdge take(const gpio_v2_line_event& e) {
     const auto seq = static_cast<std::int64_t>(e.line_seqno);
-    if (last_seq_ >= 0 && seq > last_seq_ + 1) status_.lost += static_cast<std::uint64_t>(seq - last_seq_ - 1);
+    if (seq > last_seq_ + 1) status_.lost += static_cast<std::uint64_t>(seq - last_seq_ - 1);
     last_seq_ = seq;
     return {Time{static_cast<std::int64_t>(e.timestamp_ns)}, seq, e.id == GPIO_V2_LINE_EVENT_RISING_EDGE};
   }
@@ -133,7 +133,7 @@ class UapiStrobe final : public StrobeSource {
   StrobeConfig config_;
   StrobeStatus status_;
   Fd line_;
-  std::int64_t last_seq_{-1};
+  std::int64_t last_seq_{0};
 };
 
 }  // namespace
