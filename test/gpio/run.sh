@@ -11,7 +11,7 @@ flight=$dir/flight
 out=$dir/out; rm -rf "$out"; mkdir -p "$out"
 echo "gpio: [$SECONDS s] starting the machine"
 append="console=ttyS0 quiet panic=-1 tsc=unstable TESTINIT=$repo/test/gpio/init.sh REPO=$repo BUILD=$b MODULES=$dir FLIGHT=$flight"
-timeout 1500 qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -rtc clock=vm -cpu max -smp 1 -m 1024 -nographic -no-reboot -nodefaults -serial stdio \
+timeout 2400 qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -rtc clock=vm -cpu max -smp 1 -m 2048 -nographic -no-reboot -nodefaults -serial stdio \
   -kernel "$dir/vmlinuz" -initrd "$dir/initrd.gz" -append "$append" \
   -virtfs local,path=/,mount_tag=hostroot,security_model=none,multidevs=remap,readonly=on \
   -virtfs "local,path=$out,mount_tag=out,security_model=none" </dev/null 2>&1 | tr -d '\r\033' | tee "$out/console.txt"
