@@ -12,6 +12,7 @@
 #include "nav/nav_config.hpp"
 #include "timesync/frame_stamper.hpp"
 #include "timesync/gps_clock.hpp"
+#include "timesync/pps_marks.hpp"
 
 namespace cyclops {
 
@@ -32,8 +33,10 @@ struct Rig {
   TankerModel tanker{};
   double tanker_unit_m{1};             ///< metres in one unit of the tanker's file
   StrobeConfig strobe{};
+  StrobeConfig pps{};                  ///< kNone unless the rig has a line for it
   FrameStamperConfig stamper{};
   GpsClockConfig gps{};
+  PpsConfig pps_marks{};
   NavRig nav{};
 
   /// `tanker`: a model file to use instead of the one that the rig names, in the same axes and units.
