@@ -151,7 +151,7 @@ def main():
     if args.accept:
         report["reason"] = args.accept
         with open(args.accepted, "w") as file:
-            json.dump(report, file, indent=1)
+            file.write(evaluate_merge.compact(report))
         with open(os.path.splitext(args.accepted)[0] + "-figures.md", "w") as file:
             file.write(evaluate_report.markdown(report))
     sys.exit(1 if report["failed"] else 0)

@@ -1,4 +1,5 @@
 """Runs of one flight, condition and profile to one set of figures: the mean over the seeds, their spread and the worst."""
+import json
 import subprocess
 
 import numpy as np
@@ -66,6 +67,14 @@ def version():
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
     return text
+
+
+def compact(report):
+    """What is committed: no spreads, no single stages, one line a group."""
+    keep = lambda d: {k: v for k, v in d.items() if not k.startswith("stage_us")}
+    lines = ",\n".join(f'  {json.dumps(name)}: {json.dumps({"runs": g["runs"], "mean": keep(g["mean"])})}' for name, g in sorted(report["groups"].items()))
+    rest = {k: v for k, v in report.items() if k != "groups"}
+    return json.dumps(rest, indent=1)[:-2] + ',\n "groups": {\n' + lines + "\n }\n}\n"
 
 
 def small(groups_, goals, trials, seeds, failed):
