@@ -40,7 +40,7 @@ WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-d
 NO_FMA := -ffp-contract=off $(if $(filter x86_64,$(shell uname -m)),-mno-fma)
 CXXFLAGS += -std=c++20 $(OPT_$(VARIANT)) -march=$(ARCH) $(NO_FMA) $(WARN) -pthread -DCYCLOPS_VERSION='"$(VERSION)"'
 CPPFLAGS += -Isrc -I. -isystem $(GEN)/cpp $(DEPS_CFLAGS)
-LDFLAGS += $(OPT_$(VARIANT)) -pthread
+LDFLAGS += $(OPT_$(VARIANT)) -pthread -Wl,--as-needed
 LDLIBS += $(DEPS_LIBS)
 
 # --- sources: the path tells what a file becomes -----------------------------------------------------------------
@@ -103,6 +103,8 @@ $(FLAGS):
 $(B)/obj/%.o: %.cpp $(FLAGS) | $(TYPES_STAMP)
 	@mkdir -p $(@D); echo "  c++ $<"
 	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MD -MP -c $< -o $@
+$(B)/obj/tools/web_page.o: tools/web_page.html
+$(B)/obj/src/monitor/limits.o: config/alarms.toml
 $(B)/lib/libcyclops.a: $(call objects,$(LIB_SRC))
 $(B)/lib/libhil.a: $(call objects,$(HIL_SRC))
 $(B)/lib/libtools.a: $(call objects,$(TOOL_SRC))

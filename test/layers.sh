@@ -10,7 +10,8 @@ may[msg]="base geometry msg"
 for s in capture timesync nav estimate segment detect align edge patch associate track publish; do may[$s]="base geometry msg $s"; done
 may[wire]="base geometry msg wire"
 may[record]="base geometry msg wire record"
-may[service]="base geometry msg capture timesync nav estimate segment detect align edge patch associate track publish wire record service"
+may[monitor]="base monitor"
+may[service]="base geometry msg monitor capture timesync nav estimate segment detect align edge patch associate track publish wire record service"
 bad=0
 for dir in src/*/; do
   layer=$(basename "$dir")

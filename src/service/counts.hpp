@@ -26,15 +26,31 @@ struct ChainCounts {
   TrackCounters track{};
   AssociateCounters associate{};
   Time newest_tspi[2]{};
+  Time tspi_arrival[2]{};              ///< of the newest that was believed, service clock of this host
   bool has_tspi[2]{};
 };
 
-/// Of the thread that listens to LCM; one for each aircraft.
+enum class Link : std::uint8_t { kReceiver, kTanker, kMark, kCommand };
+inline constexpr std::size_t kLinks = 4;
+/// As counters begin: "tspi.receiver".
+[[nodiscard]] const char* to_string(Link link);
+
+/// Of the thread that listens to LCM; one for each Link.
 struct LinkCounts {
-  std::uint64_t received{0};
+  std::uint64_t received{0};           ///< all that came
   std::uint64_t refused{0};            ///< did not decode or out of range
+  std::uint64_t flooded{0};            ///< beyond the rate of the channel
+  std::uint64_t not_authentic{0};
+  std::uint64_t replayed{0};
   std::uint64_t guarded{0};            ///< refused by the guard: frozen, too fast
-  std::uint64_t queue_full{0};
+};
+
+/// Of all threads at one moment.
+struct Counts {
+  ChainCounts chain{};
+  CameraCounters camera{};
+  StrobeStatus strobe{};
+  LinkCounts link[kLinks]{};
 };
 
 struct FrameFacts {                    ///< of the newest frame

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "service/link.hpp"
 #include "service/pipeline_state.hpp"
 
 namespace cyclops {
@@ -51,6 +52,8 @@ Pipeline::State::State(Rig r, Profile p, ServiceOptions o) : rig(std::move(r)), 
   for (std::size_t i = 0; i < spare.places(); ++i) CYCLOPS_ASSERT(spare.try_push(std::make_unique<Finished>()));
 }
 
+Pipeline::State::~State() = default;
+
 void Pipeline::State::offer(Input&& input) {
   if (inputs.try_push(std::move(input))) return;
   const std::lock_guard lock(counts_mutex);
@@ -72,9 +75,8 @@ Result<> Pipeline::start() {
   s.lcm = lcm_create(s.options.lcm_url.empty() ? nullptr : s.options.lcm_url.c_str());
   if (s.lcm == nullptr)
     return make_error(ErrorCode::kIo, "lcm " + s.options.lcm_url, "cannot be opened: is the URL right, and is multicast routed (ip route add 224.0.0.0/4 dev lo)?");
-  for (const char* name : {channel::kTspiReceiver, channel::kTspiTanker})
-    lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, name, on_lcm_tspi, &s), 256);
-  lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kTimeMark, on_lcm_mark, &s), 64);
+  s.doors = std::make_unique<LinkDoors>(s);
+  s.doors->open(s.lcm);
   s.started_ns = host_now_ns();
   s.publish_thread = std::thread(&State::run_publish, &s);
   s.chain_thread = std::thread(&State::run_chain, &s);
@@ -130,6 +132,7 @@ std::string Pipeline::summary() const {
                {"edges", n.stamp.edges}, {"locks", n.stamp.lock_count}, {"gps_marks", n.gps.marks}, {"gps_relocks", n.gps.relocks}};
   for (int a = 0; a < 2; ++a)
     j["tspi"][a == 0 ? "receiver" : "tanker"] = {{"received", s.link_counts[a].received}, {"refused", s.link_counts[a].refused}, {"guarded", s.link_counts[a].guarded},
+                                                 {"flooded", s.link_counts[a].flooded}, {"not_authentic", s.link_counts[a].not_authentic}, {"replayed", s.link_counts[a].replayed},
                                                  {"accepted", n.tspi[a].accepted}, {"out_of_order", n.tspi[a].out_of_order_inserted}, {"duplicate", n.tspi[a].duplicate},
                                                  {"missing", n.tspi[a].missing}};
   j["tracks"] = {{"initiated", n.track.initiated}, {"dropped", n.track.dropped}, {"left_image", n.track.left_image}};

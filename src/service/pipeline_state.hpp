@@ -4,7 +4,6 @@
 #include <mutex>
 #include <thread>
 
-#include <cyclops/health_t.hpp>
 #include <lcm/lcm.h>
 
 #include "base/bounded_queue.hpp"
@@ -17,6 +16,8 @@
 namespace cyclops {
 
 [[nodiscard]] std::int64_t host_now_ns();   ///< CLOCK_MONOTONIC
+
+class LinkDoors;
 
 struct Finished {                            ///< one frame on its way to the network
   FrameOutput out{};
@@ -40,6 +41,7 @@ class WaitingRoom {
 
 struct Pipeline::State {
   State(Rig r, Profile p, ServiceOptions o);
+  ~State();
 
   Rig rig;
   Profile profile;
@@ -54,6 +56,7 @@ struct Pipeline::State {
   bool strobe_clock{false};                  ///< arrivals come from the strobe source
   std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
   lcm_t* lcm{nullptr};
+  std::unique_ptr<LinkDoors> doors;          ///< subscribed to lcm
 
   BoundedQueue<Input> inputs{512};
   BoundedQueue<std::unique_ptr<Finished>> ready{8};
@@ -63,7 +66,7 @@ struct Pipeline::State {
   ChainCounts chain_counts{};
   CameraCounters camera_counts{};
   StrobeStatus strobe_status{};
-  LinkCounts link_counts[2]{};
+  LinkCounts link_counts[kLinks]{};
   std::uint64_t inputs_refused{0};
 
   // of the publish thread, read after it has ended
@@ -83,12 +86,5 @@ struct Pipeline::State {
   void offer(Input&& input);
   [[nodiscard]] Time service_now() const { return Time{host_now_ns()}; }
 };
-
-void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* channel, void* state);
-void on_lcm_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
-
-/// HEALTH from what is known; `window_s` is the time since the counters in `before` were taken.
-void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& chain, const ChainCounts& before, const CameraCounters& camera,
-                 const StrobeStatus& strobe, const LinkCounts (&link)[2], double window_s);
 
 }  // namespace cyclops

@@ -49,8 +49,11 @@ class ChainThread {
   }
   void handle(ArrivedTspi&& tspi) {
     const TspiVerdict verdict = front_.push(tspi.report, tspi.arrival);
-    if (verdict == TspiVerdict::kPass) return;
     const auto a = static_cast<std::size_t>(tspi.report.aircraft);
+    if (verdict == TspiVerdict::kPass) {
+      counts_.tspi_arrival[a] = tspi.arrival;
+      return;
+    }
     const std::uint64_t count = ++guarded_[a];
     if ((count & (count - 1)) == 0)  // 1, 2, 4, 8 ...
       s_.events.post(tspi.arrival, EventLevel::kWarning, a == 0 ? "tspi.receiver" : "tspi.tanker", to_string(verdict), "TSPI refused by the guard", static_cast<std::int64_t>(count));

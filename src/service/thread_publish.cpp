@@ -4,22 +4,20 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <cyclops/health_t.hpp>
-
-#include "base/log.hpp"
+#include "service/health.hpp"
 #include "service/pipeline_state.hpp"
 
 namespace cyclops {
 namespace {
 
 constexpr Duration kHealthEvery = Duration::from_ms(200);
+constexpr Duration kLookEvery = Duration::from_ms(20);   ///< so soon after its cause an alarm is out
 constexpr Duration kWindow = Duration::from_seconds(5);
-constexpr int kThumbnailSide = 256;
 
 /// A small JPEG of any pixel format, stretched from darkest to brightest.
-void thumbnail(const ImageView& image, std::vector<std::uint8_t>& jpeg) {
+void thumbnail(const ImageView& image, int side, std::vector<std::uint8_t>& jpeg) {
   const cv::Mat raw(image.height, image.width, image.format == PixelFormat::kMono8 ? CV_8UC1 : CV_16UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride_bytes));
-  const double scale = static_cast<double>(kThumbnailSide) / std::max(image.width, image.height);
+  const double scale = std::min(1.0, static_cast<double>(side) / std::max(image.width, image.height));
   cv::Mat small, grey;
   cv::resize(raw, small, {}, scale, scale, cv::INTER_AREA);
   cv::normalize(small, grey, 0, 255, cv::NORM_MINMAX, CV_8U);
@@ -58,21 +56,18 @@ FrameFacts facts_of(const FrameOutput& out) {
 
 class PublishThread {
  public:
-  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm), publisher_(s.rig, sink_) { jpeg_.reserve(1 << 16); }
+  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm), publisher_(s.rig, sink_), health_(s) { jpeg_.reserve(1 << 16); }
 
   void run() {
-    std::int64_t next_health = host_now_ns();
     for (;;) {
-      auto finished = s_.ready.pop(kHealthEvery / 4);
+      auto finished = s_.ready.pop(kLookEvery);
       if (finished) publish(std::move(*finished));
+      look(host_now_ns(), false);
       events();
-      if (const std::int64_t now = host_now_ns(); now >= next_health) {
-        health(now);
-        next_health = now + kHealthEvery.ns;
-      }
       if (!finished && s_.ready.finished()) break;
     }
-    health(host_now_ns());
+    look(host_now_ns(), true);
+    events();
     s_.publish_failed = publisher_.failed();
   }
 
@@ -80,7 +75,7 @@ class PublishThread {
   void publish(std::unique_ptr<Finished> f) {
     jpeg_.clear();
     if (f->pixels) {
-      thumbnail(f->pixels->image, jpeg_);
+      thumbnail(f->pixels->image, s_.options.thumbnail_px, jpeg_);
       f->pixels.reset();
     }
     publisher_.frame(f->out, f->t_mid_gps, jpeg_);
@@ -114,31 +109,17 @@ class PublishThread {
     }
   }
 
-  void health(std::int64_t now) {
-    ChainCounts chain;
-    CameraCounters camera;
-    StrobeStatus strobe;
-    LinkCounts link[2];
-    {
-      const std::lock_guard lock(s_.counts_mutex);
-      chain = s_.chain_counts;
-      camera = s_.camera_counts;
-      strobe = s_.strobe_status;
-      link[0] = s_.link_counts[0];
-      link[1] = s_.link_counts[1];
-    }
-    const double window = static_cast<double>(now - before_ns_) * 1e-9;
-    fill_health(health_, s_, chain, before_, camera, strobe, link, window);
-    publisher_.put(Time{now}, channel::kHealth, health_);
-    if (now - before_ns_ > Duration::from_seconds(1).ns) {
-      before_ = chain;
-      before_ns_ = now;
-    }
-    if (now - window_ns_ > kWindow.ns) {
-      s_.latency_recent.clear();
-      s_.chain_recent.clear();
-      window_ns_ = now;
-    }
+  /// HEALTH five times a second, and at once when an alarm comes or goes.
+  void look(std::int64_t now, bool last) {
+    if (now < next_look_ns_ && !last) return;
+    next_look_ns_ = now + kLookEvery.ns;
+    if (!health_.look(now) && now < next_health_ns_ && !last) return;
+    publisher_.put(Time{now}, channel::kHealth, health_.message());
+    if (now >= next_health_ns_) next_health_ns_ = std::max(next_health_ns_ + kHealthEvery.ns, now);
+    if (now - window_ns_ < kWindow.ns) return;
+    s_.latency_recent.clear();
+    s_.chain_recent.clear();
+    window_ns_ = now;
   }
 
   Pipeline::State& s_;
@@ -146,9 +127,9 @@ class PublishThread {
   Publisher publisher_;
   std::vector<std::uint8_t> jpeg_;
   event_t event_{};
-  health_t health_{};
-  ChainCounts before_{};
-  std::int64_t before_ns_{host_now_ns()};
+  HealthMaker health_;
+  std::int64_t next_look_ns_{0};
+  std::int64_t next_health_ns_{host_now_ns()};
   std::int64_t window_ns_{host_now_ns()};
 };
 

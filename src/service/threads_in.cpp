@@ -1,4 +1,4 @@
-// The threads that bring things in: camera, strobe, link.
+// The threads that bring things in from devices: camera, strobe. From LCM: link.cpp.
 #include <chrono>
 
 #include "base/log.hpp"
@@ -82,36 +82,6 @@ void Pipeline::State::run_strobe() {
     const std::lock_guard lock(counts_mutex);
     strobe_status = strobe->status();
   }
-}
-
-void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* name, void* state) {
-  auto& s = *static_cast<Pipeline::State*>(state);
-  const Aircraft aircraft = std::string_view(name) == channel::kTspiReceiver ? Aircraft::kReceiver : Aircraft::kTanker;
-  LinkCounts& counts = s.link_counts[static_cast<std::size_t>(aircraft)];
-  auto report = decode_tspi(buffer->data, buffer->data_size, aircraft);
-  std::uint64_t refused = 0;
-  {
-    const std::lock_guard lock(s.counts_mutex);
-    ++counts.received;
-    if (!report.ok()) refused = ++counts.refused;
-  }
-  if (report.ok()) s.offer(ArrivedTspi{*report, Time{host_now_ns()}});
-  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(refused));
-}
-
-void on_lcm_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
-  auto& s = *static_cast<Pipeline::State*>(state);
-  auto mark = decode_time_mark(buffer->data, buffer->data_size);
-  if (mark.ok()) s.offer(TimeMark(mark->mark));
-  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "time_mark.refused", mark.error().message());
-}
-
-void Pipeline::State::run_link() {
-  while (!stopping)
-    if (lcm_handle_timeout(lcm, 100) < 0) {
-      events.post(service_now(), EventLevel::kFault, "link", "lcm.failed", "lcm_handle_timeout failed");
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
 }
 
 }  // namespace cyclops

@@ -19,6 +19,8 @@ inline constexpr const char* kMeasurement = "MEASUREMENT";     // measurement_se
 inline constexpr const char* kHealth = "HEALTH";               // health_t, out
 inline constexpr const char* kEvent = "EVENT";                 // event_t, out
 inline constexpr const char* kTruth = "TRUTH";                 // truth_t, only in files
+inline constexpr const char* kCommand = "COMMAND";             // command_t, in; only with --commands
+inline constexpr const char* kSignedPrefix = "SIGNED_";        // before the name of a channel: signed_t, in; only with --key
 
 [[nodiscard]] constexpr const char* tspi(Aircraft aircraft) {
   return aircraft == Aircraft::kReceiver ? kTspiReceiver : kTspiTanker;

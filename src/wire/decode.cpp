@@ -1,5 +1,6 @@
 #include "wire/decode.hpp"
 
+#include <cyclops/command_t.hpp>
 #include <cyclops/event_t.hpp>
 #include <cyclops/strobe_edge_t.hpp>
 #include <cyclops/time_mark_t.hpp>
@@ -19,6 +20,7 @@ constexpr int kAllReasons = 2 * truth_t::BLOWN_OUT - 1;
 constexpr double kUnitNorm = 1e-6;    // how far a direction may be from length 1
 constexpr std::size_t kMaxName = 255;
 constexpr std::size_t kMaxText = 4095;
+constexpr std::size_t kMaxCommandText = 200;
 
 template <class M>
 Reader open(const char* channel, const void* data, std::size_t size) {
@@ -139,6 +141,16 @@ Result<Event> decode_event(const void* data, std::size_t size) {
   out.code = in.text("code", kMaxName);
   out.text = in.text("text", kMaxText);
   out.count = in.whole("count", 0, kMaxTime_ns);
+  in.finish();
+  if (!in.ok()) return in.error();
+  return out;
+}
+
+Result<Command> decode_command(const void* data, std::size_t size) {
+  Reader in = open<command_t>(channel::kCommand, data, size);
+  Command out;
+  out.command = in.text("command", kMaxName);
+  out.text = in.text("text", kMaxCommandText);
   in.finish();
   if (!in.ok()) return in.error();
   return out;

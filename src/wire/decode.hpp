@@ -44,5 +44,6 @@ struct SourcedMark {
 [[nodiscard]] Result<FrameDataView> decode_frame_data(const void* data, std::size_t size);
 [[nodiscard]] Result<> decode_truth(const void* data, std::size_t size, Truth& out);
 [[nodiscard]] Result<Event> decode_event(const void* data, std::size_t size);
+[[nodiscard]] Result<Command> decode_command(const void* data, std::size_t size);
 
 }  // namespace cyclops

@@ -81,4 +81,10 @@ struct Event {
   std::int64_t count{1};
 };
 
+/// COMMAND: what a person asks of the service.
+struct Command {
+  std::string_view command{};
+  std::string_view text{};
+};
+
 }  // namespace cyclops

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cyclops/command_t.hpp>
+#include <cyclops/signed_t.hpp>
 
 #include "test/fuzz/wire_fuzz.cpp"
 #include "test/support.hpp"
@@ -31,9 +33,13 @@ std::vector<Bytes> corpus() {
   fill(truth, test::good_truth());
   event_t event;
   fill(event, test::good_event());
+  signed_t wrapped{};
+  wrapped.channel = "TSPI_TANKER";
+  wrapped.size_bytes = 5;
+  wrapped.payload.assign(5, 7);
   return {selected(1, test::bytes_of(test::good_tspi())), selected(2, test::bytes_of(strobe)), selected(3, test::bytes_of(mark)),
           selected(4, test::bytes_of(frame)), selected(5, test::frame_data_bytes(test::good_frame_data(pixels))),
-          selected(6, test::bytes_of(truth)), selected(7, test::bytes_of(event))};
+          selected(6, test::bytes_of(truth)), selected(7, test::bytes_of(event)), selected(8, test::bytes_of(command_t{"mark", "first contact"})), selected(9, test::bytes_of(wrapped))};
 }
 
 /// Cut, stretched, or with some bytes changed; seldom in the fingerprint, which would end the matter at once.
