@@ -19,10 +19,10 @@ void limit_memory(std::size_t bytes) {
   (void)::setrlimit(RLIMIT_AS, &limit);
 }
 
-Result<std::unique_ptr<Listener>> Listener::open(const std::string& url) {
+Result<std::unique_ptr<Listener>> Listener::open(const std::string& url, Taker taker) {
   lcm_t* lcm = lcm_create(url.empty() ? nullptr : url.c_str());
   if (lcm == nullptr) return make_error(ErrorCode::kIo, "lcm " + url, "cannot be opened: is the URL right, and is multicast routed?");
-  std::unique_ptr<Listener> self(new Listener(lcm));
+  std::unique_ptr<Listener> self(new Listener(lcm, std::move(taker)));
   for (const char* name : {channel::kHealth, channel::kEvent, channel::kFrame, channel::kPrediction, channel::kTrack, channel::kMeasurement})
     lcm_subscription_set_queue_capacity(lcm_subscribe(lcm, name, on_message, self.get()), 64);
   return self;
@@ -35,15 +35,13 @@ bool Listener::wait(int timeout_ms) {
   return ::poll(&p, 1, timeout_ms) > 0;
 }
 
-void Listener::handle(Board& board) {
+void Listener::handle() {
   constexpr int kMost = 500;         // a flood must not keep the caller from drawing
-  board_ = &board;
   for (int i = 0; i < kMost && lcm_handle_timeout(lcm_, 0) > 0; ++i) {}
-  board_ = nullptr;
 }
 
 void Listener::on_message(const lcm_recv_buf_t* buffer, const char* name, void* self) {
-  static_cast<Listener*>(self)->board_->take(name, buffer->data, buffer->data_size, steady_now_ns());
+  static_cast<Listener*>(self)->taker_(name, buffer->data, buffer->data_size);
 }
 
 }  // namespace cyclops::tools

@@ -66,7 +66,7 @@ int watch(Listener& listener, Board& board) {
   std::int64_t next_ns = 0;
   while (g_stop == 0) {
     listener.wait(kDraw_ms / 4);
-    listener.handle(board);
+    listener.handle();
     const int key = getch();
     if (key == 'q' || key == 'Q') break;
     if (const std::int64_t now = steady_now_ns(); now >= next_ns || key == KEY_RESIZE) {
@@ -82,7 +82,7 @@ int once(Listener& listener, Board& board, double wait_s, int columns, int rows)
   const auto gone_s = [&] { return static_cast<double>(steady_now_ns() - start) * 1e-9; };
   while (gone_s() < wait_s && !(board.health() && gone_s() > 1)) {  // a second of events and frames beside HEALTH
     listener.wait(50);
-    listener.handle(board);
+    listener.handle();
   }
   const std::int64_t now = steady_now_ns();
   std::fputs(top_page(board, columns, rows, now).text().c_str(), stdout);
@@ -106,11 +106,11 @@ int main(int argc, char** argv) {
   app.add_option("--rows", rows, "with --once")->capture_default_str()->check(CLI::Range(24, 200));
   CLI11_PARSE(app, argc, argv);
   limit_memory(std::size_t{1} << 30);
-  auto listener = Listener::open(url);
+  Board board;
+  auto listener = Listener::open(url, [&board](std::string_view channel, const void* data, std::size_t size) { board.take(channel, data, size, steady_now_ns()); });
   if (!listener.ok()) {
     std::fprintf(stderr, "cyclops-top: %s\n", listener.error().message().c_str());
     return kCannotRun;
   }
-  Board board;
   return only_once ? once(**listener, board, wait_s, columns, rows) : watch(**listener, board);
 }

@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kFoot = 0.3048;
 constexpr int kLabel = 10;                 // columns of a row's name
-constexpr int kMostAlarms = 4;
 const char* const kStates[] = {"STARTING", "RUNNING", "NO CAMERA", "NO TSPI", "STOPPING"};
 const char* const kTimes[] = {"strobe", "camera clock", "arrival", "UNKNOWN"};
 const char* const kLevels[] = {"info", "WARNING", "FAULT", "recovery", "mark"};
@@ -107,8 +106,9 @@ class Writer {
     if (!board_.health()) return;
     const health_t& h = *board_.health();
     if (h.alarms.empty()) put(row_++, 0, stale_ ? Style::kDim : Style::kGood, "no alarm");
+    const std::size_t most = page_.rows < 30 ? 5 : 10;
     for (std::size_t i = 0; i < h.alarms.size(); ++i) {
-      if (i + 1 == kMostAlarms && h.alarms.size() > kMostAlarms) {
+      if (i + 1 == most && h.alarms.size() > most) {
         put(row_++, 0, Style::kFault, printed("and %zu more", h.alarms.size() - i));
         break;
       }
@@ -149,7 +149,7 @@ class Writer {
     begin(name);
     value(printed("%5.1f Hz", rate_hz));
     value(printed("heard %s ago", span_of(silence_ms * 1e-3).c_str()), quantity);
-    value(age_ms == -1 ? "never used" : printed("frame+%.0f ms", age_ms));
+    value(age_ms == -1 ? "never used" : printed("%.0f ms %s frame", std::fabs(age_ms), age_ms > 0 ? "before" : "after"));
     for (const char* cause : {"missing", "refused", "guarded", "flooded"})
       if (const std::int64_t n = board_.counter(prefix + cause); n > 0 || page_.columns >= 110) count(cause, n);
     end();
