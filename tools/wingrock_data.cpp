@@ -57,7 +57,7 @@ struct WingRockData::State {
   Rig rig;
   Rotation<frame::C, frame::R> R_c_r;
   NavConfig nav{};
-  TspiBuffer receiver{nav, 1}, tanker{nav, 1};    // on GPS time
+  TspiBuffer receiver{nav}, tanker{nav};          // on GPS time
   std::int64_t least_delay_ns{INT64_MAX};         // arrival on the service clock less GPS time
   std::int64_t origin_ns{0};                      // GPS time of the first frame
   bool by_arrival{false};
@@ -82,8 +82,7 @@ Result<> WingRockData::State::read_tspi(FlightReader& flight) {
     reports.push_back(state_from_report(*r, Time{r->t_gps.ns}));
     if (reports.size() > kMostReports) return make_error(ErrorCode::kFull, flight.path("messages.lcm"), "more than " + std::to_string(kMostReports) + " TSPI messages");
   }
-  receiver = TspiBuffer(nav, reports.size() + 1);
-  tanker = TspiBuffer(nav, reports.size() + 1);
+  receiver = tanker = TspiBuffer(nav, reports.size() + TspiBuffer::kHistory);
   for (const Tspi& t : reports) (t.aircraft == Aircraft::kReceiver ? receiver : tanker).push(t);
   if (receiver.size() < 2 || tanker.size() < 2) return make_error(ErrorCode::kNotFound, flight.path("messages.lcm"), "TSPI of both aircraft is needed");
   return Ok{};

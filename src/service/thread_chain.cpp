@@ -139,7 +139,7 @@ class ChainThread {
     slot->t_mid_gps = front_.gps_time(frame.frame.t_mid);
     slot->complete_ns = pixels.complete_ns;
     slot->pixels.reset();
-    if (thumbnail_every_ns_ > 0 && pixels.frame.image.data != nullptr && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_)) {
+    if (thumbnail_every_ns_ > 0 && frame.frame.status == FrameStatus::kComplete && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_)) {
       next_thumbnail_ = frame.frame.t_mid + Duration{thumbnail_every_ns_};
       slot->pixels.emplace(std::move(pixels.frame));
     }

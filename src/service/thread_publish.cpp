@@ -1,5 +1,7 @@
 // The publishing thread: results, events, thumbnails and HEALTH to the network.
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,13 +16,22 @@ constexpr Duration kHealthEvery = Duration::from_ms(200);
 constexpr Duration kLookEvery = Duration::from_ms(20);   ///< so soon after its cause an alarm is out
 constexpr Duration kWindow = Duration::from_seconds(5);
 
-/// A small JPEG of any pixel format, stretched from darkest to brightest.
+/// A small JPEG of any pixel format, stretched so that 0.5 % of it is black and 0.5 % white.
 void thumbnail(const ImageView& image, int side, std::vector<std::uint8_t>& jpeg) {
   const cv::Mat raw(image.height, image.width, image.format == PixelFormat::kMono8 ? CV_8UC1 : CV_16UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride_bytes));
   const double scale = std::min(1.0, static_cast<double>(side) / std::max(image.width, image.height));
   cv::Mat small, grey;
   cv::resize(raw, small, {}, scale, scale, cv::INTER_AREA);
-  cv::normalize(small, grey, 0, 255, cv::NORM_MINMAX, CV_8U);
+  cv::Mat values;
+  small.reshape(1, 1).convertTo(values, CV_32F);
+  const std::span<float> all(values.ptr<float>(), values.total());
+  const auto quantile = [&](double q) {
+    const auto at = all.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(all.size() - 1));
+    std::nth_element(all.begin(), at, all.end());
+    return static_cast<double>(*at);
+  };
+  const double low = quantile(0.005), gain = 255 / std::max(1.0, quantile(0.995) - low);
+  small.convertTo(grey, CV_8U, gain, -low * gain);
   cv::imencode(".jpg", grey, jpeg, {cv::IMWRITE_JPEG_QUALITY, 70});
 }
 
