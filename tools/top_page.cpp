@@ -115,7 +115,7 @@ class Writer {
       const alarm_t& a = h.alarms[i];
       const double since_s = static_cast<double>(h.service_time_ns - a.since_ns) * 1e-9;
       put(row_++, 0, style_of(a.level),
-          printed("%-7s %s  (%.4g %s, limit %.4g)  since %s", named(kLevels, a.level), printable(a.text).c_str(), a.value, printable(a.unit).c_str(), a.limit, span_of(since_s).c_str()));
+          printed("%-7s %s  (%.4g%s, limit %.4g)  since %s", named(kLevels, a.level), printable(a.text).c_str(), a.value, a.unit.empty() ? "" : printable(" " + a.unit).c_str(), a.limit, span_of(since_s).c_str()));
     }
   }
 

@@ -16,7 +16,8 @@ constexpr double kDeg = 3.14159265358979323846 / 180;
 constexpr double kKnots_s = 10;
 constexpr double kStep_s = 0.02;            // of the search, and of numerical derivatives
 constexpr std::size_t kMostSearched = 800;  // frames in the search
-constexpr double kKernel_s = 1.5;
+constexpr double kKernel_s = 1.5;           // of the frames' own products
+constexpr double kMemory_s = 6;             // of the flight's autocovariance
 constexpr double kHuber = 2.5;              // sigmas
 constexpr double kAmbiguous = 1.5;
 constexpr double kElsewhere_s = 0.5;        // another place, not the flank of the same
@@ -206,22 +207,46 @@ class Solver {
     return s;
   }
 
+  /// Variances if the residuals were of one process all the time, with the autocovariance of the whole flight.
+  [[nodiscard]] VectorXd stationary(const MatrixXd& influence) const {
+    const auto time = [&](Eigen::Index r) { return seen_.t_s[rows_[static_cast<std::size_t>(r)]]; };
+    const Eigen::Index n = influence.rows();
+    const double span = time(n - 1) - time(0), step = span / static_cast<double>(n - 1), memory = std::min(kMemory_s, span / 4);
+    const auto lags = static_cast<std::size_t>(memory / step) + 1;
+    std::vector<double> sum(lags, 0), pairs(lags, 0);
+    const auto each_pair = [&](auto&& use) {
+      for (Eigen::Index r = 0; r < n; ++r)
+        for (Eigen::Index q = r; q < n; ++q) {
+          const auto lag = static_cast<std::size_t>((time(q) - time(r)) / step + 0.5);
+          if (lag >= lags) break;
+          use(r, q, lag);
+        }
+    };
+    each_pair([&](Eigen::Index r, Eigen::Index q, std::size_t lag) { sum[lag] += w_[r] * e_[r] * w_[q] * e_[q], pairs[lag] += 1; });
+    VectorXd out = VectorXd::Zero(influence.cols());
+    each_pair([&](Eigen::Index r, Eigen::Index q, std::size_t lag) {
+      const double gamma = sum[lag] / pairs[lag] * (1 - static_cast<double>(lag) / static_cast<double>(lags));
+      out += (r == q ? 1 : 2) * gamma * influence.row(r).cwiseProduct(influence.row(q)).transpose();
+    });
+    return out;
+  }
+
   void judge() {
     const auto columns = j_.cols();
     const auto gain_at = static_cast<Eigen::Index>(first_knot()) - 1;
     const MatrixXd bread = (j_.transpose() * w_.asDiagonal() * j_ + 1e-12 * MatrixXd::Identity(columns, columns)).inverse();
     // Only the numbers asked for: influence of each frame on them.
-    const MatrixXd influence = (w_.cwiseProduct(e_)).asDiagonal() * (j_ * bread.leftCols(gain_at + 1));
+    const MatrixXd influence = w_.asDiagonal() * (j_ * bread.leftCols(gain_at + 1));
     const double freedom = static_cast<double>(j_.rows()) / std::max(1.0, static_cast<double>(j_.rows() - columns));
-    const MatrixXd covariance = freedom * sandwich(influence);
+    const VectorXd variance = freedom * sandwich(e_.asDiagonal() * influence).diagonal().cwiseMax(stationary(influence));
     out_.offset_s = p_[0];
     out_.gain = p_[gain_at];
     out_.drift = out_.has_drift ? p_[1] : 0;
     scatter_of_manoeuvres();
     const double grow = std::sqrt(std::max(1.0, out_.chi2));
-    out_.offset_sigma_s = grow * std::sqrt(covariance(0, 0));
-    out_.drift_sigma = out_.has_drift ? grow * std::sqrt(covariance(1, 1)) : 0;
-    out_.gain_sigma = grow * std::sqrt(covariance(gain_at, gain_at));
+    out_.offset_sigma_s = grow * std::sqrt(variance[0]);
+    out_.drift_sigma = out_.has_drift ? grow * std::sqrt(variance[1]) : 0;
+    out_.gain_sigma = grow * std::sqrt(variance[gain_at]);
     quality();
     if (out_.gain < 0.3) refuse("picture and TSPI do not roll alike: gain " + std::to_string(out_.gain));
     else if (out_.runner_up < kAmbiguous) refuse("ambiguous: another offset fits nearly as well; a roll that begins and ends is needed");

@@ -7,8 +7,9 @@
 ///            slowly, and the change of the shape with range take no part. Huber weights.
 /// Search     offset on a grid over +-search_s with drift 0, then least squares for all. A second place of the grid that fits
 ///            nearly as well makes the answer ambiguous, which is said.
-/// Sigma      from the residuals as they are, correlated in time (Newey & West 1987, Bartlett kernel of 1.5 s). Where the
-///            manoeuvres one by one scatter more than that allows, it grows by the root of their reduced chi square.
+/// Sigma      from the residuals as they are, correlated in time: the larger of two, from the frames' own products (Newey & West
+///            1987, Bartlett kernel of 1.5 s; sees that residuals grow in manoeuvres) and from the autocovariance of the whole flight
+///            (6 s; sees slow ones). Where the manoeuvres scatter more than that allows, it grows by the root of their reduced chi square.
 /// Errors     none: what cannot be answered is `enough` = false with the reason.
 /// Threads    pure.
 #include <functional>

@@ -43,7 +43,7 @@ health_t good_health() {
   h.frame_rate_hz = 29.97F;
   h.frame_rate_share = 1;
   h.frames_received = 1234;
-  h.range_m = 22.9F;
+  h.range_m = 22.5F;
   h.closure_mps = 0.31F;
   h.features_visible = 30;
   h.features_matched = 24;
@@ -158,7 +158,7 @@ TEST(TopPage, ShowsStateRatesAndLossesAndNothingBeyondItsSize) {
       EXPECT_LE(s.column + static_cast<int>(s.text.size()), columns) << s.text;
     }
     const std::string text = page.text();
-    for (const char* words : {"RUNNING", "1.2.3", "up 1:02:05", "no alarm", "30.0 Hz", "gap 7", "range 22.9 m (75 ft)", "matched 24", "not recording"})
+    for (const char* words : {"RUNNING", "1.2.3", "up 1:02:05", "no alarm", "30.0 Hz", "gap 7", "range 22.5 m (74 ft)", "matched 24", "not recording"})
       EXPECT_NE(text.find(words), std::string::npos) << words << "\n" << text;
   }
 }
@@ -188,8 +188,7 @@ TEST(TopPage, OldNumbersAreShownAsStale) {
   ASSERT_TRUE(tell(board, "HEALTH", good_health(), kSecond));
   const Page page = top_page(board, 80, 24, 6 * kSecond);
   EXPECT_NE(page.text().find("STALE: no HEALTH for 5.0 s"), std::string::npos);
-  for (const Span& s : page.spans)
-    if (s.row > 0) EXPECT_EQ(s.style, Style::kDim) << s.text;
+  for (const Span& s : page.spans) EXPECT_EQ(s.style, s.row > 0 ? Style::kDim : Style::kFault) << s.text;
 }
 
 TEST(TopPage, ControlCharactersOfASenderDoNotReachTheTerminal) {
@@ -215,7 +214,7 @@ TEST(WebFeed, GivesEachViewerWhatIsNewerAndOnlyTheNewest) {
   const auto news = feed.wait(0, 0, 0);
   EXPECT_EQ(news.health_number, 5U);
   ASSERT_NE(news.health, nullptr);
-  EXPECT_NE(news.health->find("\"range_m\":22.9"), std::string::npos);
+  EXPECT_NE(news.health->find("\"range_m\":22.5"), std::string::npos);
   EXPECT_EQ(feed.wait(news.health_number, news.frame_number, 0).health, nullptr);
   feed.stop();
   EXPECT_TRUE(feed.wait(news.health_number, news.frame_number, 60'000).stopped);  // at once
