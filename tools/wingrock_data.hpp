@@ -20,7 +20,7 @@ class WingRockData {
   /// `log`: event log with MEASUREMENT, live or of cyclops-offline.
   static Result<std::unique_ptr<WingRockData>> load(const std::string& flight, const std::string& log);
   ~WingRockData();
-  [[nodiscard]] const RollSeries& seen() const;
+  [[nodiscard]] const RollSeries& seen() const;  ///< frames with enough features; may be empty
   [[nodiscard]] double roll_at(std::size_t frame, double t_s) const;
   [[nodiscard]] bool by_arrival() const;         ///< frame times were made from arrivals
   [[nodiscard]] double bank_deg(bool tanker, double t_s) const;   ///< of one aircraft, NaN where TSPI does not reach

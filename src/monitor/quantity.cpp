@@ -16,6 +16,7 @@ constexpr Quantity kQuantities[] = {
     CYCLOPS_ALWAYS(frame_rate_hz, "Hz"),
     CYCLOPS_IF_KNOWN(frame_rate_share, ""),
     CYCLOPS_ALWAYS(frame_age_ms, "ms"),
+    CYCLOPS_ALWAYS(measurement_age_ms, "ms"),
     CYCLOPS_ALWAYS(frames_lost_1s, ""),
     {"time_source", "", [](const health_t& h) { return h.frames_received + h.frames_incomplete > 0 ? h.time_source : known(-1); }},
     CYCLOPS_ALWAYS(time_sigma_us, "us"),

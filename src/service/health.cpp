@@ -73,6 +73,7 @@ void HealthMaker::levels(std::int64_t now_ns) {
   out_.profile = s_.profile.name;
   out_.uptime_s = static_cast<float>(static_cast<double>(now_ns - s_.started_ns) * 1e-9);
   out_.frame_age_ms = since(s_.last_frame_host_ns);
+  out_.measurement_age_ms = since(s_.last_published_ns);
   out_.frames_received = static_cast<std::int64_t>(n_.camera.received);
   out_.frames_incomplete = static_cast<std::int64_t>(n_.camera.incomplete);
   out_.frames_lost = static_cast<std::int64_t>(lost_frames(n_));

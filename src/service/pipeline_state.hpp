@@ -73,6 +73,7 @@ struct Pipeline::State {
   Histogram stage[kStages];
   Histogram chain_time, latency, latency_recent, chain_recent;
   FrameFacts facts{};
+  std::int64_t last_published_ns{0};         ///< newest frame's results on the network
   std::uint64_t publish_failed{0};
   std::int64_t started_ns{0};
 

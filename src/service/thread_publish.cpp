@@ -90,7 +90,8 @@ class PublishThread {
       f->pixels.reset();
     }
     publisher_.frame(f->out, f->t_mid_gps, jpeg_);
-    const Duration latency{host_now_ns() - f->complete_ns};
+    s_.last_published_ns = host_now_ns();
+    const Duration latency{s_.last_published_ns - f->complete_ns};
     s_.latency.add(latency);
     s_.latency_recent.add(latency);
     for (std::size_t i = 0; i < kStages; ++i) s_.stage[i].add(f->out.stage_time[i]);
