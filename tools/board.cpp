@@ -11,10 +11,11 @@ namespace {
 template <class Message>
 bool decoded(const void* data, std::size_t size, Message& out) {
   try {
-    return out.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
+    if (out.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size)) return true;
   } catch (const std::exception&) {
-    return false;
   }
+  out = Message();  // gives back what a lie about a length has taken
+  return false;
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ xterm -geometry 120x40+0+0 -fa "DejaVu Sans Mono" -fs 11 -bg black -fg gray85 -e
 trap 'kill $service $web $terminal ${replay:-} $screen 2>/dev/null; wait $service; rm -rf "$dir"' EXIT
 sleep 1
 "$b/bin/cyclops-replay" "$flight" -q </dev/null & replay=$!
+/usr/bin/python3 tools/browser.py "$(cat "$dir/url")" --until 'picture !== null && news.health.range_m > 0' --after "$seconds" --size 1480x960 --picture "$dir/web.png" & browser=$!
 sleep "$seconds"
 import -window root -trim +repage "$dir/top.png"
-/usr/bin/python3 tools/browser.py "$(cat "$dir/url")" --until 'picture !== null && news.health.range_m > 0' --after 3 --size 1480x960 --picture "$dir/web.png" || exit 1
+wait $browser || exit 1
 for picture in top web; do convert "$dir/$picture.png" -colors 128 -strip -define png:compression-level=9 "$out/$picture.png"; done

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <clocale>
 #include <curses.h>
+#include <unistd.h>
 
 #include "tools/listener.hpp"
 #include "tools/top_page.hpp"
@@ -40,9 +41,7 @@ void draw(const Page& page) {
 
 /// ncurses from construction to destruction: the terminal is given back whatever happens.
 struct Screen {
-  Screen() {
-    std::setlocale(LC_ALL, "");
-    initscr();
+  explicit Screen(SCREEN* made) : screen(made) {
     cbreak();
     noecho();
     curs_set(0);
@@ -57,12 +56,24 @@ struct Screen {
       init_pair(4, COLOR_CYAN, -1);
     }
   }
-  ~Screen() { endwin(); }
+  ~Screen() {
+    endwin();
+    delscreen(screen);
+  }
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+  SCREEN* screen;
 };
 
 int watch(Listener& listener, Board& board) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { g_stop = 1; });
-  const Screen screen;
+  std::setlocale(LC_ALL, "");
+  SCREEN* made = isatty(STDIN_FILENO) != 0 && isatty(STDOUT_FILENO) != 0 ? newterm(nullptr, stdout, stdin) : nullptr;
+  if (made == nullptr) {
+    std::fprintf(stderr, "cyclops-top: this is no terminal, or TERM is not set; --once prints plain text\n");
+    return kCannotRun;
+  }
+  const Screen screen(made);
   std::int64_t next_ns = 0;
   while (g_stop == 0) {
     listener.wait(kDraw_ms / 4);
