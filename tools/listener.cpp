@@ -2,17 +2,10 @@
 
 #include <poll.h>
 #include <sys/resource.h>
-#include <time.h>
 
 #include "wire/channels.hpp"
 
 namespace cyclops::tools {
-
-std::int64_t steady_now_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
-}
 
 void limit_memory(std::size_t bytes) {
   const rlimit limit{bytes, bytes};

@@ -9,11 +9,11 @@
 
 #include <lcm/lcm.h>
 
+#include "base/clock.hpp"
 #include "base/result.hpp"
 
 namespace cyclops::tools {
 
-[[nodiscard]] std::int64_t steady_now_ns();
 /// So that a message that lies about a length costs an exception, not the machine's memory.
 void limit_memory(std::size_t bytes);
 

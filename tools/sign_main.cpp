@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <lcm/lcm.h>
 
+#include "base/clock.hpp"
 #include "wire/channels.hpp"
 #include "wire/signed.hpp"
 

@@ -11,6 +11,7 @@
 
 namespace {
 
+using cyclops::steady_now_ns;
 using namespace cyclops::tools;
 
 enum Exit { kGood = 0, kCannotRun = 1, kAlarm = 2, kSilent = 3 };

@@ -12,6 +12,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMostEvents = 40;
+constexpr std::int64_t kLeast_ns = 10'000'000;   // between two HEALTH for viewers: a flood must not cost a core
 
 /// What came over the network may hold any bytes: bad UTF-8 is replaced, never thrown at.
 std::string dumped(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
@@ -94,6 +95,7 @@ void WebFeed::put(std::string_view name, const void* data, std::size_t size, std
   const std::lock_guard lock(mutex_);
   if (!board_.take(name, data, size, now_ns)) return;
   if (name == channel::kHealth) {
+    if (last_health_ns_ != 0 && now_ns - last_health_ns_ < kLeast_ns) return;
     health_ = std::make_shared<const std::string>(health_json(board_, now_ns));
     last_health_ns_ = now_ns;
     ++health_number_;

@@ -18,6 +18,7 @@ int fail(const cyclops::Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  using cyclops::steady_now_ns;
   using namespace cyclops::tools;
   CLI::App app{"Serves a page that shows how the service is doing, to browsers on this computer only. It only listens to LCM."};
   app.set_version_flag("--version", CYCLOPS_VERSION);

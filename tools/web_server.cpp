@@ -4,8 +4,8 @@
 #include <chrono>
 #include <thread>
 
+#include "base/clock.hpp"
 #include "tools/http.hpp"
-#include "tools/listener.hpp"
 
 namespace cyclops::tools {
 namespace {
@@ -47,8 +47,9 @@ struct WebServer::State {
   void answer_events(httplib::Response& out);
   [[nodiscard]] httplib::Server::HandlerResponse admit(const httplib::Request& in, httplib::Response& out) const;
   [[nodiscard]] bool own_host(const std::string& host) const {
-    const std::string port_text = ":" + std::to_string(port);
-    return host == "127.0.0.1" + port_text || host == "localhost" + port_text;
+    const std::size_t colon = host.rfind(':');
+    if (colon == std::string::npos || host.substr(colon + 1) != std::to_string(port)) return false;
+    return host.substr(0, colon) == "127.0.0.1" || host.substr(0, colon) == "localhost";
   }
 
   WebFeed& feed;

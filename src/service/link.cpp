@@ -1,5 +1,6 @@
 #include "service/link.hpp"
 
+#include "base/clock.hpp"
 #include "wire/codec.hpp"
 
 namespace cyclops {

@@ -2,10 +2,9 @@
 
 #include <pthread.h>
 
-#include <ctime>
-
 #include <nlohmann/json.hpp>
 
+#include "base/clock.hpp"
 #include "service/link.hpp"
 #include "service/pipeline_state.hpp"
 
@@ -24,11 +23,7 @@ void name_thread(std::thread& t, const char* name) { pthread_setname_np(t.native
 
 }  // namespace
 
-std::int64_t host_now_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
-}
+std::int64_t host_now_ns() { return steady_now_ns(); }
 
 std::size_t WaitingRoom::put(TimedFrame&& frame) {
   for (std::size_t i = 0; i < kPlaces; ++i)

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sodium.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -53,12 +52,6 @@ std::array<std::uint8_t, kTagBytes> tag_of(const Key& key, std::string_view chan
 Error not_believed(ErrorCode code, const std::string& channel, const std::string& what) { return make_error(code, channel::kSignedPrefix + channel, what); }
 
 }  // namespace
-
-std::int64_t utc_now_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_REALTIME, &t);
-  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
-}
 
 Result<Key> Key::load(const std::string& path) {
   if (sodium_init() < 0) return make_error(ErrorCode::kIo, path, "libsodium cannot be started");

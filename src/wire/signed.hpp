@@ -35,9 +35,6 @@ class Key {
   std::array<std::uint8_t, 32> bytes_{};
 };
 
-/// UTC of this host since 1970, ns.
-[[nodiscard]] std::int64_t utc_now_ns();
-
 class Signer {
  public:
   explicit Signer(const Key& key) : key_(key) {}

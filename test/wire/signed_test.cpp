@@ -99,7 +99,7 @@ TEST_F(Signed, AKeyFileThatOthersMayReadOrThatHoldsSomethingElseIsRefused) {
   EXPECT_TRUE(load(kHex, 0400).ok());
   EXPECT_NE(load(kHex, 0640).error().what.find("expected mode 600"), std::string::npos);
   EXPECT_NE(load(kHex, 0604).error().what.find("expected mode 600"), std::string::npos);
-  for (const std::string text : {std::string(), std::string(62, 'a'), std::string(66, 'a'), std::string(64, 'g'), std::string(64, 'a') + "\nx"})
+  for (const std::string& text : {std::string(), std::string(62, 'a'), std::string(66, 'a'), std::string(64, 'g'), std::string(64, 'a') + "\nx"})
     EXPECT_NE(load(text, 0600).error().what.find("64 hexadecimal digits"), std::string::npos) << text;
   EXPECT_EQ(Key::load(folder_.file("none")).error().code, ErrorCode::kNotFound);
   EXPECT_NE(Key::load(folder_.path().string()).error().what.find("not a plain file"), std::string::npos);
