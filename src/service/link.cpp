@@ -16,12 +16,11 @@ constexpr Rate kRates[kLinks] = {{channel::kTspiReceiver, 500, 500, 256}, {chann
 
 bool power_of_two(std::uint64_t n) { return (n & (n - 1)) == 0; }
 
-const char* event_code(const Error& error) {
-  switch (error.code) {
-    case ErrorCode::kFull: return "flood";
-    case ErrorCode::kTimeout: return "replayed";
-    default: return "not_authentic";
-  }
+/// "tspi.refused", "time_mark.flood" ...
+std::string event_code(Link link, const Error& error, bool undecodable) {
+  const char* cause = undecodable ? "refused" : error.code == ErrorCode::kFull ? "flood" : error.code == ErrorCode::kTimeout ? "replayed" : "not_authentic";
+  const char* what = link == Link::kMark ? "time_mark." : link == Link::kCommand ? "command." : "tspi.";
+  return std::string(what) + cause;
 }
 
 }  // namespace
@@ -103,7 +102,7 @@ void LinkDoors::refused(Door& door, const Error& error, bool undecodable) {
     ++s_.link_counts[l].refused;
   }
   if (const std::uint64_t n = ++refusals_[l]; power_of_two(n))  // 1, 2, 4, 8 ...
-    s_.events.post(s_.service_now(), EventLevel::kWarning, to_string(door.link), undecodable ? "refused" : event_code(error), error.message(), static_cast<std::int64_t>(n));
+    s_.events.post(s_.service_now(), EventLevel::kWarning, "link", event_code(door.link, error, undecodable).c_str(), error.message(), static_cast<std::int64_t>(n));
 }
 
 void Pipeline::State::run_link() {
