@@ -46,7 +46,7 @@ class WebServerTest : public testing::Test {
     out.resize(static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
     return out;
   }
-  std::string host() const { return "Host: 127.0.0.1:" + std::to_string(port_) + "\r\n"; }
+  std::string host() const { return std::string("Host: 127.0.0.1:").append(std::to_string(port_)).append("\r\n"); }
 
   WebFeed feed_;
   WebServer server_{feed_};
