@@ -71,7 +71,8 @@ struct Pipeline::State {
 
   // of the publish thread, read after it has ended
   Histogram stage[kStages];
-  Histogram chain_time, latency, latency_recent, chain_recent;
+  Histogram chain_time, latency;
+  RecentHistogram latency_recent, chain_recent;
   FrameFacts facts{};
   std::int64_t last_published_ns{0};         ///< newest frame's results on the network
   std::uint64_t publish_failed{0};

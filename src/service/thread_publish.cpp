@@ -14,7 +14,7 @@ namespace {
 
 constexpr Duration kHealthEvery = Duration::from_ms(200);
 constexpr Duration kLookEvery = Duration::from_ms(20);   ///< so soon after its cause an alarm is out
-constexpr Duration kWindow = Duration::from_seconds(5);
+constexpr Duration kSpan = Duration::from_seconds(2.5);  ///< of the recent percentiles
 
 /// A small JPEG of any pixel format, stretched so that 0.5 % of it is black and 0.5 % white.
 void thumbnail(const ImageView& image, int side, std::vector<std::uint8_t>& jpeg) {
@@ -128,10 +128,10 @@ class PublishThread {
     if (!health_.look(now) && now < next_health_ns_ && !last) return;
     publisher_.put(Time{now}, channel::kHealth, health_.message());
     if (now >= next_health_ns_) next_health_ns_ = std::max(next_health_ns_ + kHealthEvery.ns, now);
-    if (now - window_ns_ < kWindow.ns) return;
-    s_.latency_recent.clear();
-    s_.chain_recent.clear();
-    window_ns_ = now;
+    if (now - span_ns_ < kSpan.ns) return;
+    s_.latency_recent.turn();
+    s_.chain_recent.turn();
+    span_ns_ = now;
   }
 
   Pipeline::State& s_;
@@ -142,7 +142,7 @@ class PublishThread {
   HealthMaker health_;
   std::int64_t next_look_ns_{0};
   std::int64_t next_health_ns_{host_now_ns()};
-  std::int64_t window_ns_{host_now_ns()};
+  std::int64_t span_ns_{host_now_ns()};
 };
 
 }  // namespace

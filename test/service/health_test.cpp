@@ -43,7 +43,7 @@ class Health : public testing::Test {
   std::vector<std::string> events() {
     std::vector<std::string> out;
     while (auto e = s_.events.next())
-      if (std::string(e->source.data()) == "alarm") out.push_back((e->level == EventLevel::kRecovery ? "-" : "+") + std::string(e->code.data()));
+      if (std::string(e->source.data()) == "alarm") out.emplace_back(e->level == EventLevel::kRecovery ? "-" : "+").append(e->code.data());
     return out;
   }
   static ServiceOptions options() {
