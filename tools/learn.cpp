@@ -58,23 +58,16 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
     drop_hopeless(points);
     if (said) said(counted("adjusted", points.size()) + ", " + std::to_string(std::count_if(points.begin(), points.end(), [](const LearntPoint& p) { return p.survey >= 0; })) + " of them tied to the survey");
   }
-  ChooseConfig generous = config.choose;
-  generous.most_sigma_px = 1e9;  // not known yet
-  Refused refused;
-  std::vector<ChosenPoint> chosen = choose(generous, views.views, points, &refused);
-  if (said)
-    said("refused: " + std::to_string(refused.few) + " seldom seen, " + std::to_string(refused.scatter) + " scatter, " + std::to_string(refused.drift) + " drift, " +
-         std::to_string(refused.weak) + " weak, " + std::to_string(refused.near) + " too near to a better one");
-  points.clear();
-  for (ChosenPoint& c : chosen) points.push_back(c.point);
-  if (points.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point of " + std::to_string(followed) + " is found again and again in the same place, expected some");
   BundleConfig last = config.bundle;
   last.covariance = true;
   CYCLOPS_TRY(adjust(last, views, points));
   for (LearntPoint& p : points) rate(views.views, p);
-  tie_to_survey(views, config.rounds.back().tie_px, points);
-  chosen = choose(config.choose, views.views, points);
-  if (chosen.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point's place is known well enough, expected some below " + std::to_string(config.choose.most_sigma_px) + " px");
+  Refused refused;
+  std::vector<ChosenPoint> chosen = choose(config.choose, views.views, points, &refused);
+  if (said)
+    said("refused: " + std::to_string(refused.few) + " seldom seen, " + std::to_string(refused.scatter) + " scatter, " + std::to_string(refused.drift) + " drift, " +
+         std::to_string(refused.weak) + " weak, " + std::to_string(refused.uncertain) + " uncertain, " + std::to_string(refused.near) + " too near to a better one");
+  if (chosen.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point of " + std::to_string(followed) + " is found again and again in the same place, expected some");
   for (ChosenPoint& c : chosen) c.point.cov_m2 *= c.point.inflation;
   if (said) said(counted("chosen", chosen.size()));
   return chosen;
