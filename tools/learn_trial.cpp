@@ -19,7 +19,7 @@ using nlohmann::json;
 using TruthByTime = std::map<std::int64_t, truth_t>;
 
 Result<TruthByTime> truth_of(const std::string& folder) {
-  auto truths = read_truth(folder);
+  auto truths = flight_truth(folder);
   if (!truths.ok()) return truths.error();
   TruthByTime out;
   for (truth_t& t : *truths) out.emplace(t.mid_exposure_ns, std::move(t));
@@ -168,7 +168,7 @@ Result<json> try_model(const Stretch& stretch, const std::string& tanker, const 
   if (!truth.ok()) return truth.error();
   Tester tester(stretch, *own, *truth, flight->manifest().first_frame_ns);
   const std::string log = (std::filesystem::temp_directory_path() / ("cyclops-learn-" + std::to_string(getpid()) + ".lcm")).string();
-  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& rig, const FrameOutput& out, const ImageView&) { tester.see(rig, out); }, tanker);
+  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& rig, const FrameOutput& out, const ImageView&) { tester.see(rig, out); }, {.tanker = tanker});
   std::error_code ignored;
   std::filesystem::remove(log, ignored);
   if (!run.ok()) return run.error();
