@@ -23,6 +23,8 @@ struct ChainCounts {
   AlignerCounters aligner{};
   TspiCounters tspi[2]{};
   GpsClockCounters gps{};
+  PpsCounters pps{};
+  ClockState clocks{};
   FrontCounters front{};
   TrackCounters track{};
   AssociateCounters associate{};
