@@ -1,7 +1,8 @@
 #!/bin/bash
 # rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED]: plays a flight through the whole rig, in a network namespace of its own.
-# OUT gets live.lcm (all that was heard on the network), sortie/ (what the service recorded, with RECORD=yes; RECORD_OPTIONS: more for it), service.json,
-# replay.json and the logs. Needs no free port and no privileges beyond those for a namespace.
+# OUT gets live.lcm (all that was heard on the network), service.json, replay.json and the logs; with RECORD=yes also sortie/, what
+# the service recorded (RECORD_OPTIONS: more for it). STEPS=n: n frames at a time. Needs no free port and no privileges beyond
+# those for a namespace.
 set -u
 cd "$(dirname "$0")/.."
 if [ -z "${CYCLOPS_IN_NETNS:-}" ]; then CYCLOPS_IN_NETNS=1 exec test/in-netns.sh "$0" "$@"; fi
@@ -16,7 +17,11 @@ lcm-logger --quiet --force "$out/live.lcm" >"$out/logger.log" 2>&1 & logger=$!
 "$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" "${record[@]}" --summary "$out/service.json" --exit-when-idle 2 >"$out/service.log" 2>&1 & service=$!
 trap 'kill $logger $service 2>/dev/null' EXIT
 sleep 0.2
-"$b/bin/cyclops-replay" "$flight" --speed "$speed" --summary "$out/replay.json" </dev/null
+commands() {  # with STEPS=n: n frames at a time
+  [ -n "${STEPS:-}" ] || return
+  sleep 1.5; for _ in $(seq 8); do echo "step $STEPS"; sleep 0.4; done; echo play
+}
+"$b/bin/cyclops-replay" "$flight" ${STEPS:+--paused} --speed "$speed" --summary "$out/replay.json" < <(commands)
 status=$?
 wait $service; served=$?
 sleep 0.2; kill -INT $logger 2>/dev/null; wait $logger 2>/dev/null

@@ -102,7 +102,7 @@ class ChainThread {
   }
   std::size_t room_place(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = room_.put(std::move(frame));
+    const std::size_t place = make_place(std::move(frame));
     if (place == WaitingRoom::kPlaces) ++counts_.front_refused;
     else held_info_[place] = info;
     return place;
@@ -116,9 +116,19 @@ class ChainThread {
     arrivals_.pop_back();
   }
 
+  /// A frame is let go by a later one; where there is no room for a later one, none would ever be.
+  std::size_t make_place(TimedFrame&& frame) {
+    const std::size_t place = room_.put(std::move(frame));
+    if (place != WaitingRoom::kPlaces) return place;
+    ++counts_.room_flushed;
+    front_.flush();
+    drain();
+    return room_.put(std::move(frame));
+  }
+
   void admit(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = room_.put(std::move(frame));
+    const std::size_t place = make_place(std::move(frame));
     if (place == WaitingRoom::kPlaces) {
       ++counts_.front_refused;
       return;
