@@ -66,6 +66,7 @@ struct Replayer::State {
 
   std::atomic<std::int64_t> measured{0};       // MEASUREMENT messages heard
   std::atomic<std::int64_t> handed{0};         // frames given to the sender
+  std::int64_t frames_not_whole{0};            // without pixels, or not all of them: not sent
   std::int64_t stalls{0};                      // waits for an answer that never came
 
   std::int64_t host0_ns{0}, flight0_ns{0};     // anchor: flight0 is due at host0
@@ -86,6 +87,7 @@ struct Replayer::State {
   Result<> handle(const record::LogEvent& e);
   Result<> frame(const record::LogEvent& e);
   void edge(const record::LogEvent& e);
+  void acquisition(const record::LogEvent& e);
   void publish(const char* name, const std::vector<std::uint8_t>& bytes) { lcm_publish(lcm, name, bytes.data(), static_cast<unsigned>(bytes.size())); }
   template <class Message>
   void publish_moved(const char* name, Message& m, const std::vector<std::uint8_t>& bytes);
@@ -236,7 +238,12 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
     id_known = false;
   }
   const std::uint64_t id = index->info.camera_frame_id;
-  if (!id_known) id_base = id - 1;                    // a camera counts from 1 after each start
+  if (id == 0 || index->info.status != FrameStatus::kComplete || !flight.has_frame(index->recorded_at)) {
+    ++frames_not_whole;                               // a gap in the camera's numbers
+    return Ok{};
+  }
+  const bool recorded = flight.manifest().origin == "recorded";
+  if (!id_known) id_base = recorded && shift_ns == 0 && id > last_block ? 0 : id - 1;  // a camera counts from 1 after each start
   else if (jumped) id_base = id - last_block - 1;     // and on after a jump of the flight
   id_known = true;
   jumped = false;
@@ -252,6 +259,12 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
   const std::lock_guard lock(control.mutex);
   if (control.steps > 0 && --control.steps == 0) control.paused = true;
   return Ok{};
+}
+
+/// In the record the camera began anew; here its stream goes on, and so do its numbers.
+void Replayer::State::acquisition(const record::LogEvent& e) {
+  const auto a = decode_acquisition(e.data.data(), e.data.size());
+  if (a.ok() && a->what == AcquisitionChange::kStarted && id_known) jumped = true;
 }
 
 Result<> Replayer::State::open_lines() {
@@ -279,6 +292,7 @@ void Replayer::State::mark(time_mark_t& m, const std::vector<std::uint8_t>& byte
 Result<> Replayer::State::handle(const record::LogEvent& e) {
   if (e.channel == channel::kStrobe) edge(e);
   else if (e.channel == channel::kFrame) CYCLOPS_TRY(frame(e));
+  else if (e.channel == channel::kAcquisition) acquisition(e);
   else if (e.channel == channel::kTspiReceiver || e.channel == channel::kTspiTanker) {
     tspi_t m{};
     if (shift_ns == 0 || m.decode(e.data.data(), 0, static_cast<int>(e.data.size())) < 0) publish(e.channel.c_str(), e.data);
@@ -398,6 +412,7 @@ nlohmann::json Replayer::summary() const {
           {"frames_in_flight", s.flight.manifest().frames},
           {"frames_served", s.frames_sent.load()},
           {"frames_unsent", s.frames_unsent.load()},
+          {"frames_not_whole", s.frames_not_whole},
           {"speed", s.options.speed},
           {"realtime_factor", wall > 0 ? static_cast<double>(s.played_ns) * 1e-9 / wall : 0.0},
           {"late", s.late.load()},

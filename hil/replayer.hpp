@@ -7,7 +7,8 @@
 /// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured.
 /// GPIO     with `gpio_sim` the service reads its GPIO line as in the aircraft and lives on this host's clock, so only speed 1
 ///          will do; the instants of time marks are moved to that clock, and a pause is a step of GPS time.
-/// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps.
+/// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps. Those of
+///          a recorded sortie keep their numbers; frames that were not recorded whole are not sent: they are gaps too.
 /// Threads  run() is one thread, a second one inside sends frames; control methods from any thread.
 #include <atomic>
 #include <functional>

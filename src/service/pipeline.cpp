@@ -60,12 +60,13 @@ void Pipeline::State::offer(Input&& input) {
   if (inputs.try_push(std::move(input))) return;
   const std::lock_guard lock(counts_mutex);
   ++inputs_refused;
+  if (std::holds_alternative<TimedFrame>(input)) ++frames_refused;
 }
 
 Pipeline::Pipeline(Rig rig, Profile profile, ServiceOptions options)
     : s_(std::make_unique<State>(std::move(rig), std::move(profile), std::move(options))) {}
 
-Pipeline::~Pipeline() { stop(); }
+Pipeline::~Pipeline() { (void)stop().ok(); }
 
 Result<> Pipeline::start() {
   State& s = *s_;
@@ -82,6 +83,14 @@ Result<> Pipeline::start() {
   for (const char* name : {channel::kTspiReceiver, channel::kTspiTanker})
     lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, name, on_lcm_tspi, &s), 256);
   lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kTimeMark, on_lcm_mark, &s), 64);
+  lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kMark, on_mark, &s), 16);
+  if (!s.options.record.folder.empty()) {
+    // Frames that wait for the disk must not be missing in the camera's pool.
+    s.rig.device.buffers = std::min(64, s.rig.device.buffers + static_cast<int>(Recorder::kFramePlaces));
+    auto recorder = Recorder::start(s.options.record, s.rig, s.profile.name, s.options.profile_path, s.strobe_clock, s.events);
+    if (!recorder.ok()) return recorder.error();
+    s.recorder = std::move(recorder).value();
+  }
   s.started_ns = host_now_ns();
   s.publish_thread = std::thread(&State::run_publish, &s);
   s.chain_thread = std::thread(&State::run_chain, &s);
@@ -100,18 +109,22 @@ Result<> Pipeline::start() {
   return Ok{};
 }
 
-void Pipeline::stop() {
+Result<> Pipeline::stop() {
   State& s = *s_;
-  if (s.stopping.exchange(true)) return;
+  if (s.stopping.exchange(true)) return Ok{};
   for (std::thread* t : {&s.camera_thread, &s.strobe_thread, &s.pps_thread, &s.link_thread})
     if (t->joinable()) t->join();
   s.inputs.close();
   if (s.chain_thread.joinable()) s.chain_thread.join();
   s.ready.close();
   if (s.publish_thread.joinable()) s.publish_thread.join();
+  const Result<> recorded = s.recorder ? s.recorder->stop() : Result<>(Ok{});
+  if (s.recorder) s.record_counts = s.recorder->counts();
+  s.recorder.reset();
   s.camera.reset();
   if (s.lcm != nullptr) lcm_destroy(s.lcm);
   s.lcm = nullptr;
+  return recorded;
 }
 
 std::uint64_t Pipeline::frames() const { return s_->frames.load(); }
@@ -132,7 +145,8 @@ std::string Pipeline::summary() const {
   j["frames_complete"] = c.received;
   j["frames_incomplete"] = c.incomplete;
   j["frames_lost_by_cause"] = {{"gap", c.lost_gap}, {"leader", c.lost_leader}, {"no_buffer", c.lost_no_buffer}, {"size_mismatch", c.lost_size_mismatch},
-                               {"rows_unknown", c.lost_rows_unknown}, {"queue_full", s.inputs_refused}, {"no_room", n.front_refused}};
+                               {"rows_unknown", c.lost_rows_unknown}, {"queue_full", s.frames_refused}, {"no_room", n.front_refused}};
+  j["inputs_refused"] = s.inputs_refused;
   j["frames_in_chain"] = n.frames;
   j["nav_updates"] = n.nav_updates;
   j["frames_with_consensus"] = n.consensus;
@@ -149,6 +163,9 @@ std::string Pipeline::summary() const {
   j["latency_ms"] = quantiles(s.latency, 1e-6);
   for (std::size_t i = 0; i < kStages; ++i) j["stage_us"][to_string(static_cast<Stage>(i))] = quantiles(s.stage[i], 1e-3);
   j["stage_us"]["chain"] = quantiles(s.chain_time, 1e-3);
+  if (const RecordCounts& r = s.record_counts; r.on)
+    j["record"] = {{"frames", r.frames}, {"frames_lost_by_cause", {{"queue_full", r.frames_queue_full}, {"disk_full", r.frames_disk_full}, {"disk_error", r.frames_disk_error}}},
+                   {"inputs", r.inputs}, {"inputs_lost", r.inputs_lost}, {"published", r.published}, {"published_lost", r.published_lost}, {"frame_bytes", r.bytes}};
   j["publish_failed"] = s.publish_failed;
   j["events_lost"] = s.events.lost();
   j["queue_high_water"] = {{"inputs", s.inputs.high_water()}, {"ready", s.ready.high_water()}};

@@ -14,6 +14,7 @@
 #include "service/inputs.hpp"
 #include "service/pipeline.hpp"
 #include "service/publisher.hpp"
+#include "service/recorder.hpp"
 
 namespace cyclops {
 
@@ -22,7 +23,9 @@ namespace cyclops {
 struct Finished {                            ///< one frame on its way to the network
   FrameOutput out{};
   std::optional<GpsTime> t_mid_gps{};
-  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail is wanted
+  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail or a record is wanted
+  bool thumbnail{false};
+  std::int64_t number{-1};                   ///< of the pixels in the record
   std::int64_t complete_ns{0};
 };
 
@@ -55,6 +58,7 @@ struct Pipeline::State {
   std::unique_ptr<StrobeSource> pps;         ///< null when the rig has none
   bool strobe_clock{false};                  ///< arrivals come from the strobe source
   std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
+  std::unique_ptr<Recorder> recorder;        ///< null: nothing is recorded; dies before the camera
   lcm_t* lcm{nullptr};
 
   BoundedQueue<Input> inputs{512};
@@ -68,6 +72,7 @@ struct Pipeline::State {
   StrobeStatus pps_status{};
   LinkCounts link_counts[2]{};
   std::uint64_t inputs_refused{0};
+  std::uint64_t frames_refused{0};           ///< frames among them
 
   // of the publish thread, read after it has ended
   Histogram stage[kStages];
@@ -75,6 +80,7 @@ struct Pipeline::State {
   FrameFacts facts{};
   std::uint64_t publish_failed{0};
   std::int64_t started_ns{0};
+  RecordCounts record_counts{};              ///< after the end
 
   std::thread camera_thread, strobe_thread, pps_thread, link_thread, chain_thread, publish_thread;
 
@@ -89,6 +95,7 @@ struct Pipeline::State {
 };
 
 void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* channel, void* state);
+void on_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
 void on_lcm_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
 
 void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus& pps);

@@ -37,7 +37,10 @@ void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& w
   t.read_in("p2", -1.0, 1.0, k.p2);
   t.read_in("k3", -1000.0, 1000.0, k.k3);
   t.read("windscreen", windscreen);
-  if (!windscreen.empty()) windscreen = file.resolve(windscreen);
+  if (!windscreen.empty()) {
+    rig.files.push_back({windscreen, file.resolve(windscreen)});
+    windscreen = rig.files.back().path;
+  }
   rig.device.width_px = k.width;
   rig.device.height_px = k.height;
   rig.camera = Camera(k, {});
@@ -79,7 +82,7 @@ void complete(Rig& rig) {
 
 }  // namespace
 
-Result<Rig> Rig::load(const std::string& path) {
+Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker) {
   auto file = ConfigFile::load(path);
   if (!file.ok()) return file.error();
   Rig rig;
@@ -94,7 +97,7 @@ Result<Rig> Rig::load(const std::string& path) {
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   tanker.read_three("ins", kFarthest, ins);
-  const double metres = unit_choice == 0 ? 0.0254 : 1.0;
+  const double metres = rig.tanker_unit_m = unit_choice == 0 ? 0.0254 : 1.0;
   double survey_m = kSurveySigma_m;
   if (double sigma = 0; tanker.has("sigma")) {
     tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
@@ -117,7 +120,8 @@ Result<Rig> Rig::load(const std::string& path) {
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  auto loaded = TankerModel::load(file->resolve(model), metres, ins, survey_m);
+  rig.files.push_back({model, other_tanker.empty() ? file->resolve(model) : other_tanker});
+  auto loaded = TankerModel::load(rig.files.back().path, metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
   if (!windscreen.empty()) {
