@@ -47,13 +47,15 @@ LDLIBS += $(DEPS_LIBS)
 #   src/**/*.cpp            libcyclops.a      src/service/cyclops_main.cpp   bin/cyclops
 #   hil/**/*.cpp            libhil.a          {hil,tools}/NAME_main.cpp      bin/cyclops-NAME
 #   test/<mirror>/*_test.cpp  unit tests      test/integration/*_test.cpp    tests in their own network namespace
+#   test/gpio/*_test.cpp    on a real kernel's GPIO chip
 #   test/bench/*_bench.cpp  bin/bench         test/fuzz/NAME_fuzz.cpp        bin/fuzz-NAME (clang)
 MAINS     := $(wildcard src/service/*_main.cpp hil/*_main.cpp tools/*_main.cpp)
 LIB_SRC   := $(filter-out %_main.cpp,$(shell find src -name '*.cpp'))
 HIL_SRC   := $(filter-out %_main.cpp,$(shell find hil -name '*.cpp'))
 TOOL_SRC  := $(filter-out %_main.cpp,$(wildcard tools/*.cpp))
-UNIT_SRC  := $(filter-out test/integration/% test/bench/% test/fuzz/%,$(shell find test -name '*_test.cpp'))
+UNIT_SRC  := $(filter-out test/integration/% test/gpio/% test/bench/% test/fuzz/%,$(shell find test -name '*_test.cpp'))
 INTEG_SRC := $(wildcard test/integration/*_test.cpp)
+GPIO_SRC  := $(wildcard test/gpio/*_test.cpp)
 BENCH_SRC := test/bench/bench_main.cpp $(wildcard test/bench/*_bench.cpp)
 FUZZ_SRC  := $(wildcard test/fuzz/*_fuzz.cpp)
 LCM_SRC   := $(wildcard lcmtypes/*.lcm)
@@ -113,16 +115,30 @@ $(B)/lib/%.a:
 define program_rule
 $(call program,$(1)): $(call objects,$(1)) $(LIBS)
 	@mkdir -p $$(@D); echo "  link $$@"
-	@$(CXX) $(LDFLAGS) $$^ $(LDLIBS) -o $$@
+	@$(CXX) $(LDFLAGS) $$^ $$(LDLIBS) -o $$@
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$(m))))
+# Only learning needs a solver.
+$(B)/bin/cyclops-learn $(B)/test/unit-tests: LDLIBS += -lceres -lglog
 $(B)/test/unit-tests: $(call objects,$(UNIT_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
+$(B)/test/gpio-tests: $(call objects,$(GPIO_SRC)) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lopencv_calib3d -lopencv_video -lopencv_features2d -o $@
--include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp))
+# Peers: trackers of other people for `make evaluate`, each built when its library is there.
+PEERS := $(B)/bin/cyclops-peer-opencv $(if $(wildcard /usr/include/*/visp3/mbt/vpMbEdgeTracker.h),$(B)/bin/cyclops-peer-visp)
+$(B)/bin/cyclops-peer-opencv: PEER_LIBS := -lopencv_video
+$(B)/bin/cyclops-peer-visp: $(call objects,tools/peers/visp_edges.cpp tools/peers/wire_model.cpp)
+$(B)/obj/tools/peers/visp_edges.o: CXXFLAGS += -std=c++17
+$(B)/bin/cyclops-peer-visp: PEER_LIBS := -lvisp_mbt -lvisp_me -lvisp_core
+.SECONDARY: $(call objects,$(wildcard tools/peers/*.cpp))
+$(B)/bin/cyclops-peer-%: $(B)/obj/tools/peers/%_main.o $(call objects,tools/peers/peer.cpp) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"
+	@$(CXX) $(LDFLAGS) $(filter %.o,$^) $(LIBS) $(LDLIBS) $(PEER_LIBS) -o $@
+-include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(GPIO_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp $(wildcard tools/peers/*.cpp)))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
 SCENARIO ?= config/scenarios/s1.toml
@@ -134,6 +150,13 @@ run: all ## fly a scenario through the whole rig (SCENARIO, PROFILE, FRAMES; 0: 
 .PHONY: corners
 corners: $(B)/bin/cyclops-render ## rendered against projected corners, measured by a fit that knows no camera
 	@$(B)/bin/cyclops-render --corners
+
+SEEDS ?= 101-120
+JOBS ?= $(shell nproc)
+.PHONY: evaluate peers
+evaluate: $(addprefix $(B)/bin/cyclops-,flight evaluate disturb) $(PEERS) ## every flight x profile x seed beside the goals: SEEDS=1-20 FLIGHTS=s1,s3 PROFILES=default,thesis-2007 JOBS=2 EVALUATE=--help
+	@/usr/bin/python3 tools/evaluate.py $(B) --seeds $(SEEDS) --jobs $(JOBS) $(if $(FLIGHTS),--flights $(FLIGHTS)) $(if $(PROFILES),--profiles $(PROFILES)) $(EVALUATE)
+peers: $(PEERS) ## other people's trackers behind the same tables: OpenCV, and ViSP when libvisp-mbt-dev is there (make deps-extra)
 
 FLIGHT ?=
 .PHONY: flights flights-verify flights-page thesis-table
@@ -147,12 +170,27 @@ thesis-table: all ## the thesis' results beside ours over S1 to S4; flies what i
 	@/usr/bin/python3 tools/flights.py make $(B) s1 s2 s3 s4
 	@/usr/bin/python3 tools/thesis_table.py $(B)
 
+LEARN ?= build/flights/s1@0-23
+LEARN_TEST ?= build/flights/s1@24-60 build/flights/s2 build/flights/s4
+LEARN_OUT ?= build/learnt.csv
+.PHONY: learn
+learn: $(B)/bin/cyclops-learn ## learn the tanker from flights (LEARN, LEARN_OUT) and try it on others (LEARN_TEST)
+	@$(B)/bin/cyclops-learn $(LEARN) --out $(LEARN_OUT) --strength $(LEARN_OUT:.csv=.json) --test $(LEARN_TEST) --figures $(LEARN_OUT:.csv=-test.json)
+
 check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
 	@test/check.sh $(B)
+KILLS ?= 200
+.PHONY: kill-test
+kill-test: all ## the service records and is killed KILLS times; every record must be readable to within its last second
+	@test/tools/kill_test.py $(B) $(KILLS)
 unit: $(B)/test/unit-tests ## unit and property tests only
 	@$(B)/test/unit-tests --gtest_brief=1
 integration: all $(B)/test/integration-tests ## tests over real GVSP packets and LCM multicast
 	@test/in-netns.sh $(B)/test/integration-tests --gtest_brief=1
+.PHONY: gpio
+gpio: $(B)/bin/cyclops $(B)/bin/cyclops-replay $(B)/bin/cyclops-flight $(B)/test/gpio-tests ## strobe and PPS on a real kernel's GPIO chip, in a virtual machine (some minutes, 700 MB)
+	@tools/deps.sh --extra gpio
+	@test/gpio/run.sh $(B)
 bench: $(B)/bin/bench ## time per stage beside OpenCV, in one run
 	@$(B)/bin/bench $(BENCH)
 .PHONY: callgrind

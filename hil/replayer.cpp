@@ -11,6 +11,7 @@
 
 #include "base/bounded_queue.hpp"
 #include "hil/gige_device.hpp"
+#include "hil/gpio_sim.hpp"
 #include "hil/strobe_server.hpp"
 #include "record/flight.hpp"
 #include "service/rig.hpp"
@@ -53,6 +54,7 @@ struct Replayer::State {
   Rig rig;
   std::unique_ptr<GigeDevice> device;
   std::unique_ptr<StrobeServer> strobe;
+  std::unique_ptr<GpioSimLine> strobe_line, pps_line;
   lcm_t* lcm{nullptr};
   Control control;
 
@@ -64,6 +66,7 @@ struct Replayer::State {
 
   std::atomic<std::int64_t> measured{0};       // MEASUREMENT messages heard
   std::atomic<std::int64_t> handed{0};         // frames given to the sender
+  std::int64_t frames_not_whole{0};            // without pixels, or not all of them: not sent
   std::int64_t stalls{0};                      // waits for an answer that never came
 
   std::int64_t host0_ns{0}, flight0_ns{0};     // anchor: flight0 is due at host0
@@ -79,9 +82,12 @@ struct Replayer::State {
   std::uint32_t acquisition_seen{0};
 
   void send_frames();
+  Result<> open_lines();
+  void mark(time_mark_t& m, const std::vector<std::uint8_t>& bytes);
   Result<> handle(const record::LogEvent& e);
   Result<> frame(const record::LogEvent& e);
   void edge(const record::LogEvent& e);
+  void acquisition(const record::LogEvent& e);
   void publish(const char* name, const std::vector<std::uint8_t>& bytes) { lcm_publish(lcm, name, bytes.data(), static_cast<unsigned>(bytes.size())); }
   template <class Message>
   void publish_moved(const char* name, Message& m, const std::vector<std::uint8_t>& bytes);
@@ -109,7 +115,9 @@ Result<std::unique_ptr<Replayer>> Replayer::open(const ReplayOptions& options) {
   State& s = *state;
   s.control.paused = options.paused;
   s.control.speed = s.speed = options.speed;
-  if (s.rig.strobe.kind == StrobeKind::kSocket) {
+  if (!options.gpio_sim.empty()) {
+    CYCLOPS_TRY(s.open_lines());
+  } else if (s.rig.strobe.kind == StrobeKind::kSocket) {
     auto server = StrobeServer::open(s.rig.strobe.socket);
     if (!server.ok()) return server.error();
     s.strobe = std::make_unique<StrobeServer>(std::move(server).value());
@@ -214,11 +222,12 @@ void Replayer::State::publish_moved(const char* name, Message& m, const std::vec
 
 void Replayer::State::edge(const record::LogEvent& e) {
   const auto decoded = decode_strobe_edge(e.data.data(), e.data.size());
+  if (decoded.ok() && strobe_line && decoded->line == StrobeLine::kStrobe && device->streaming()) strobe_line->pulse();
   if (!decoded.ok() || !strobe || !device->streaming()) return;  // a camera that does not expose has no strobe
   StrobeEdge out = decoded->edge;
   out.t = out.t + Duration{shift_ns};
   if (shift_ns != 0) out.line_seq = -1;  // after a jump the numbers of the flight say nothing any more
-  strobe->send(out, static_cast<std::uint32_t>(decoded->line == StrobeLine::kStrobe ? rig.strobe.line : -1));
+  strobe->send(out, static_cast<std::uint32_t>(decoded->line == StrobeLine::kStrobe ? rig.strobe.line : rig.pps.line));
 }
 
 Result<> Replayer::State::frame(const record::LogEvent& e) {
@@ -229,7 +238,12 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
     id_known = false;
   }
   const std::uint64_t id = index->info.camera_frame_id;
-  if (!id_known) id_base = id - 1;                    // a camera counts from 1 after each start
+  if (id == 0 || index->info.status != FrameStatus::kComplete || !flight.has_frame(index->recorded_at)) {
+    ++frames_not_whole;                               // a gap in the camera's numbers
+    return Ok{};
+  }
+  const bool recorded = flight.manifest().origin == "recorded";
+  if (!id_known) id_base = recorded && shift_ns == 0 && id > last_block ? 0 : id - 1;  // a camera counts from 1 after each start
   else if (jumped) id_base = id - last_block - 1;     // and on after a jump of the flight
   id_known = true;
   jumped = false;
@@ -247,17 +261,46 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
   return Ok{};
 }
 
+/// In the record the camera began anew; here its stream goes on, and so do its numbers.
+void Replayer::State::acquisition(const record::LogEvent& e) {
+  const auto a = decode_acquisition(e.data.data(), e.data.size());
+  if (a.ok() && a->what == AcquisitionChange::kStarted && id_known) jumped = true;
+}
+
+Result<> Replayer::State::open_lines() {
+  if (speed != 1) return make_error(ErrorCode::kInvalid, "--speed", "is " + std::to_string(speed) + ", expected 1 beside --gpio-sim: edges are stamped by this host's clock");
+  auto line = GpioSimLine::open(options.gpio_sim, options.gpio_strobe_line);
+  if (!line.ok()) return line.error();
+  strobe_line = std::move(line).value();
+  if (options.gpio_pps_line < 0) return Ok{};
+  line = GpioSimLine::open(options.gpio_sim, options.gpio_pps_line);
+  if (!line.ok()) return line.error();
+  pps_line = std::move(line).value();
+  return Ok{};
+}
+
+void Replayer::State::mark(time_mark_t& m, const std::vector<std::uint8_t>& bytes) {
+  if (pps_line) pps_line->pulse();
+  if (!strobe_line && shift_ns == 0) return publish(channel::kTimeMark, bytes);
+  m.gps_time_ns += shift_ns;
+  m.service_time_ns = strobe_line ? due(m.service_time_ns) : m.service_time_ns + shift_ns;
+  std::vector<std::uint8_t> moved(static_cast<std::size_t>(m.getEncodedSize()));
+  m.encode(moved.data(), 0, static_cast<int>(moved.size()));
+  publish(channel::kTimeMark, moved);
+}
+
 Result<> Replayer::State::handle(const record::LogEvent& e) {
   if (e.channel == channel::kStrobe) edge(e);
   else if (e.channel == channel::kFrame) CYCLOPS_TRY(frame(e));
+  else if (e.channel == channel::kAcquisition) acquisition(e);
   else if (e.channel == channel::kTspiReceiver || e.channel == channel::kTspiTanker) {
     tspi_t m{};
     if (shift_ns == 0 || m.decode(e.data.data(), 0, static_cast<int>(e.data.size())) < 0) publish(e.channel.c_str(), e.data);
     else m.gps_time_ns += shift_ns, publish_moved(e.channel.c_str(), m, e.data);
   } else if (e.channel == channel::kTimeMark) {
     time_mark_t m{};
-    if (shift_ns == 0 || m.decode(e.data.data(), 0, static_cast<int>(e.data.size())) < 0) publish(e.channel.c_str(), e.data);
-    else m.gps_time_ns += shift_ns, m.service_time_ns += shift_ns, publish_moved(e.channel.c_str(), m, e.data);
+    if (m.decode(e.data.data(), 0, static_cast<int>(e.data.size())) < 0) publish(e.channel.c_str(), e.data);
+    else mark(m, e.data);
   }
   return Ok{};
 }
@@ -363,11 +406,13 @@ void Replayer::quit() {
 nlohmann::json Replayer::summary() const {
   const State& s = *s_;
   const GigeStats g = s.device->stats();
+  const auto pulses = [](const auto& line) { return line ? line->pulses() : 0; };
   const double wall = static_cast<double>(s.wall0_ns) * 1e-9;
   return {{"flight", s.flight.manifest().name},
           {"frames_in_flight", s.flight.manifest().frames},
           {"frames_served", s.frames_sent.load()},
           {"frames_unsent", s.frames_unsent.load()},
+          {"frames_not_whole", s.frames_not_whole},
           {"speed", s.options.speed},
           {"realtime_factor", wall > 0 ? static_cast<double>(s.played_ns) * 1e-9 / wall : 0.0},
           {"late", s.late.load()},
@@ -376,6 +421,8 @@ nlohmann::json Replayer::summary() const {
           {"seeks", s.seeks},
           {"stalls", s.stalls},
           {"resent_packets", g.resent_packets},
+          {"gpio_pulses", pulses(s.strobe_line)},
+          {"gpio_pps_pulses", pulses(s.pps_line)},
           {"edges_without_client", s.strobe ? s.strobe->counters().no_client : 0}};
 }
 

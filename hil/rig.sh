@@ -1,7 +1,8 @@
 #!/bin/bash
 # rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED]: plays a flight through the whole rig, in a network namespace of its own.
-# OUT gets live.lcm (all that was published), service.json, replay.json and the logs. Needs no free port and no privileges
-# beyond those for a namespace.
+# OUT gets live.lcm (all that was heard on the network), service.json, replay.json and the logs; with RECORD=yes also sortie/, what
+# the service recorded (RECORD_OPTIONS: more for it). STEPS=n: n frames at a time. Needs no free port and no privileges beyond
+# those for a namespace.
 set -u
 cd "$(dirname "$0")/.."
 if [ -z "${CYCLOPS_IN_NETNS:-}" ]; then CYCLOPS_IN_NETNS=1 exec test/in-netns.sh "$0" "$@"; fi
@@ -9,13 +10,18 @@ b=$1 flight=$2 out=$3 profile=${4:--} speed=${5:-1}
 mkdir -p "$out"
 # A socket of its own name, so that two rigs on one machine do not meet.
 export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
-rm -f "$out"/live.lcm
+rm -rf "$out"/live.lcm "$out"/sortie
 config=(); [ "$profile" != - ] && config=(--config "$profile")
+record=(); [ "${RECORD:-no}" = yes ] && record=(--record "$out" --record-name sortie ${RECORD_OPTIONS:-})
 lcm-logger --quiet --force "$out/live.lcm" >"$out/logger.log" 2>&1 & logger=$!
-"$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" --summary "$out/service.json" --exit-when-idle 2 >"$out/service.log" 2>&1 & service=$!
+"$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" "${record[@]}" --summary "$out/service.json" --exit-when-idle 2 >"$out/service.log" 2>&1 & service=$!
 trap 'kill $logger $service 2>/dev/null' EXIT
 sleep 0.2
-"$b/bin/cyclops-replay" "$flight" --speed "$speed" --summary "$out/replay.json" </dev/null
+commands() {  # with STEPS=n: n frames at a time
+  [ -n "${STEPS:-}" ] || return
+  sleep 1.5; for _ in $(seq 8); do echo "step $STEPS"; sleep 0.4; done; echo play
+}
+"$b/bin/cyclops-replay" "$flight" ${STEPS:+--paused} --speed "$speed" --summary "$out/replay.json" < <(commands)
 status=$?
 wait $service; served=$?
 sleep 0.2; kill -INT $logger 2>/dev/null; wait $logger 2>/dev/null

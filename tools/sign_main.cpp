@@ -40,7 +40,7 @@ int fail(const std::string& what) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Puts a keyed tag on TSPI, time marks and commands: runs beside a sender that knows no keys. What is heard on one LCM URL goes out on another."};
+  CLI::App app{"Puts a keyed tag on TSPI, time marks and event marks: runs beside a sender that knows no keys. What is heard on one LCM URL goes out on another."};
   app.set_version_flag("--version", CYCLOPS_VERSION);
   app.footer("Let --from reach no further than this host (ttl 0): whatever comes in there is signed.");
   std::string key_path, from, to;
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { g_stop = 1; });
 
   std::vector<std::unique_ptr<Relay>> relays;
-  for (const char* name : {channel::kTspiReceiver, channel::kTspiTanker, channel::kTimeMark, channel::kCommand}) {
+  for (const char* name : {channel::kTspiReceiver, channel::kTspiTanker, channel::kTimeMark, channel::kMark}) {
     relays.push_back(std::make_unique<Relay>(Relay{name, Signer(*key), out.get()}));
     lcm_subscription_set_queue_capacity(lcm_subscribe(in.get(), name, on_message, relays.back().get()), 256);
   }

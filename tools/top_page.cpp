@@ -161,7 +161,7 @@ class Writer {
     value(h.authenticated ? "tags required" : "no tags");
     value(printed("refused in 1 s: %d", h.refused_1s), "refused_1s");
     std::int64_t fakes = 0, replays = 0;
-    for (const char* name : {"tspi.receiver", "tspi.tanker", "time_mark", "command"}) {
+    for (const char* name : {"tspi.receiver", "tspi.tanker", "time_mark", "mark"}) {
       fakes += board_.counter(std::string(name) + ".not_authentic");
       replays += board_.counter(std::string(name) + ".replayed");
     }

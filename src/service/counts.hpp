@@ -6,6 +6,7 @@
 #include "msg/chain.hpp"
 #include "service/chain.hpp"
 #include "service/front.hpp"
+#include "service/recorder.hpp"
 #include "wire/tspi_guard.hpp"
 
 namespace cyclops {
@@ -17,11 +18,14 @@ struct ChainCounts {
   std::uint64_t measurements{0};       ///< accepted
   std::uint64_t consensus{0};          ///< frames in which the features agreed
   std::uint64_t front_refused{0};      ///< frames the front had no room for
+  std::uint64_t room_flushed{0};       ///< times all places were taken by frames that waited: they went on with what there was
   std::uint64_t arrival_unknown{0};    ///< frames that waited in vain for their arrival on the strobe's clock
   StampCounters stamp{};
   AlignerCounters aligner{};
   TspiCounters tspi[2]{};
   GpsClockCounters gps{};
+  PpsCounters pps{};
+  ClockState clocks{};
   FrontCounters front{};
   TrackCounters track{};
   AssociateCounters associate{};
@@ -30,7 +34,7 @@ struct ChainCounts {
   bool has_tspi[2]{};
 };
 
-enum class Link : std::uint8_t { kReceiver, kTanker, kMark, kCommand };
+enum class Link : std::uint8_t { kReceiver, kTanker, kTimeMark, kMark };
 inline constexpr std::size_t kLinks = 4;
 /// As counters begin: "tspi.receiver".
 [[nodiscard]] const char* to_string(Link link);
@@ -50,7 +54,9 @@ struct Counts {
   ChainCounts chain{};
   CameraCounters camera{};
   StrobeStatus strobe{};
+  StrobeStatus pps{};
   LinkCounts link[kLinks]{};
+  RecordCounts record{};
 };
 
 struct FrameFacts {                    ///< of the newest frame

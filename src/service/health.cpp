@@ -26,6 +26,18 @@ void add(health_t& out, const std::string& name, std::uint64_t value) {
   out.counters[i].value = static_cast<std::int64_t>(value);
 }
 
+void add_counters(health_t& out, const RecordCounts& r) {
+  add(out, "record.frames", r.frames);
+  add(out, "record.lost.queue_full", r.frames_queue_full);
+  add(out, "record.lost.disk_full", r.frames_disk_full);
+  add(out, "record.lost.disk_error", r.frames_disk_error);
+  add(out, "record.inputs", r.inputs);
+  add(out, "record.inputs_lost", r.inputs_lost);
+  add(out, "record.published", r.published);
+  add(out, "record.published_lost", r.published_lost);
+  add(out, "record.frame_megabytes", r.bytes >> 20);
+}
+
 }  // namespace
 
 HealthMaker::HealthMaker(Pipeline::State& s) : s_(s), alarms_(s.options.limits) {}
@@ -54,6 +66,7 @@ void HealthMaker::take_counts() {
   n_.chain = s_.chain_counts;
   n_.camera = s_.camera_counts;
   n_.strobe = s_.strobe_status;
+  n_.pps = s_.pps_status;
   std::copy(std::begin(s_.link_counts), std::end(s_.link_counts), std::begin(n_.link));
 }
 
@@ -100,7 +113,8 @@ void HealthMaker::levels(std::int64_t now_ns) {
   out_.latency_ms_p50 = milliseconds(s_.latency_recent.quantile(0.5));
   out_.latency_ms_p99 = milliseconds(s_.latency_recent.quantile(0.99));
   out_.latency_ms_max = milliseconds(s_.latency_recent.max());
-  out_.disk_left_min = -1;
+  n_.record = s_.recorder ? s_.recorder->counts() : RecordCounts{};
+  out_.disk_left_min = n_.record.disk_left_min;
   const HostFacts& host = host_.look(now_ns);
   out_.load = static_cast<float>(host.load);
   out_.temperature_c = static_cast<float>(host.temperature_c);
@@ -149,6 +163,7 @@ void HealthMaker::counters() {
   add(out_, "capture.starts", camera.starts);
   add(out_, "service.queue_full", s_.inputs.refused());
   add(out_, "service.no_room", c.front_refused);
+  add(out_, "service.room_flushed", c.room_flushed);
   add(out_, "time.edges", c.stamp.edges);
   add(out_, "time.edges_lost", c.stamp.edges_lost_seq + c.stamp.edges_lost_inferred);
   add(out_, "time.edges_spurious", c.stamp.edges_spurious);
@@ -175,6 +190,38 @@ void HealthMaker::counters() {
   add(out_, "nav.without_nav", c.aligner.without_nav);
   add(out_, "chain.consensus", c.consensus);
   add(out_, "service.events_lost", s_.events.lost());
+  if (n_.record.on) add_counters(out_, n_.record);
 }
+
+const clock_state_t& HealthMaker::clock() {
+  clock_state_t& out = clock_;
+  const ChainCounts& chain = n_.chain;
+  const ClockState& c = chain.clocks;
+  const auto us = [](Duration d) { return static_cast<double>(d.ns) * 1e-3; };
+  out.service_time_ns = c.t.ns;
+  out.gps_source = static_cast<std::int8_t>(c.gps_source);
+  out.gps_offset_ns = c.gps_offset.ns;
+  out.gps_drift_ppm = c.gps_drift_ppm;
+  out.gps_drift_sigma_ppm = c.gps_drift_sigma_ppm;
+  out.gps_sigma_us = us(c.gps_sigma);
+  out.gps_age_s = c.gps_age.seconds();
+  out.gps_marks = static_cast<std::int64_t>(chain.gps.marks);
+  out.gps_contradictions = static_cast<std::int64_t>(chain.gps.contradictions);
+  out.gps_relocks = static_cast<std::int64_t>(chain.gps.relocks);
+  out.pps_edges = static_cast<std::int64_t>(chain.pps.edges);
+  out.pps_missed = static_cast<std::int64_t>(chain.pps.missed);
+  out.pps_lost = static_cast<std::int64_t>(n_.pps.lost);
+  out.strobe_locked = c.strobe_locked ? 1 : 0;
+  out.camera_drift_ppm = c.camera_drift_ppm;
+  out.camera_drift_sigma_ppm = c.camera_drift_sigma_ppm;
+  out.camera_sigma_us = us(c.camera_sigma);
+  out.camera_age_s = c.camera_age.seconds();
+  out.edge_scatter_us = c.edge_scatter_us;
+  out.lock_count = static_cast<std::int64_t>(chain.stamp.lock_count);
+  return out;
+}
+
+static_assert(static_cast<std::int8_t>(GpsSource::kNone) == clock_state_t::NONE && static_cast<std::int8_t>(GpsSource::kArrival) == clock_state_t::ARRIVAL &&
+              static_cast<std::int8_t>(GpsSource::kTimeMark) == clock_state_t::TIME_MARK);
 
 }  // namespace cyclops

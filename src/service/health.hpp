@@ -4,6 +4,7 @@
 /// Threads  the publishing thread only.
 #include <array>
 
+#include <cyclops/clock_state_t.hpp>
 #include <cyclops/health_t.hpp>
 
 #include "monitor/alarms.hpp"
@@ -20,6 +21,8 @@ class HealthMaker {
   bool look(std::int64_t now_ns);
   /// As of the last look, numbered.
   const health_t& message();
+  /// CLOCK as of the last look.
+  const clock_state_t& clock();
 
  private:
   /// Totals of one moment, for the rates.
@@ -44,6 +47,7 @@ class HealthMaker {
   std::array<Totals, kKept> past_{};
   std::size_t kept_{0};
   health_t out_{};
+  clock_state_t clock_{};
 };
 
 }  // namespace cyclops

@@ -2,12 +2,15 @@
 /// Everything that reaches the chain's thread, in one order: that order alone decides the results.
 #include <variant>
 
+#include "base/static_vector.hpp"
 #include "capture/camera_source.hpp"
 #include "capture/strobe_source.hpp"
 #include "msg/strobe.hpp"
 #include "msg/tspi.hpp"
 
 namespace cyclops {
+
+inline constexpr std::size_t kMaxTspiBytes = 256;
 
 struct TimedFrame {
   CameraFrame frame;
@@ -18,10 +21,11 @@ struct AcquisitionStarted {
 };
 struct ArrivedTspi {
   TspiReport report{};
-  Time arrival{};                ///< service clock
+  Time arrival{};                ///< host steady clock, whole us: what a record can hold
+  StaticVector<std::uint8_t, kMaxTspiBytes> bytes{};  ///< as it came
 };
 struct Idle {};                  ///< the camera has been silent: nothing more comes for what waits
 
-using Input = std::variant<Idle, TimedFrame, AcquisitionStarted, StrobeEdge, FrameArrival, ArrivedTspi, TimeMark>;
+using Input = std::variant<Idle, TimedFrame, AcquisitionStarted, StrobeEdge, PpsEdge, FrameArrival, ArrivedTspi, TimeMark>;
 
 }  // namespace cyclops

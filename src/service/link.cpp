@@ -1,5 +1,7 @@
 #include "service/link.hpp"
 
+#include <algorithm>
+
 #include "base/clock.hpp"
 #include "wire/codec.hpp"
 
@@ -12,14 +14,14 @@ struct Rate {
   int queue;                 // messages that LCM may keep for us
 };
 // By Link. TSPI: the guard's 400 a second and some more, so that the guard, which replays alike, is what refuses.
-constexpr Rate kRates[kLinks] = {{channel::kTspiReceiver, 500, 500, 256}, {channel::kTspiTanker, 500, 500, 256}, {channel::kTimeMark, 10, 20, 64}, {channel::kCommand, 5, 10, 16}};
+constexpr Rate kRates[kLinks] = {{channel::kTspiReceiver, 500, 500, 256}, {channel::kTspiTanker, 500, 500, 256}, {channel::kTimeMark, 10, 20, 64}, {channel::kMark, 5, 10, 16}};
 
 bool power_of_two(std::uint64_t n) { return (n & (n - 1)) == 0; }
 
 /// "tspi.refused", "time_mark.flood" ...
 std::string event_code(Link link, const Error& error, bool undecodable) {
   const char* cause = undecodable ? "refused" : error.code == ErrorCode::kFull ? "flood" : error.code == ErrorCode::kTimeout ? "replayed" : "not_authentic";
-  const char* what = link == Link::kMark ? "time_mark." : link == Link::kCommand ? "command." : "tspi.";
+  const char* what = link == Link::kTimeMark ? "time_mark." : link == Link::kMark ? "mark." : "tspi.";
   return std::string(what) + cause;
 }
 
@@ -29,8 +31,8 @@ const char* to_string(Link link) {
   switch (link) {
     case Link::kReceiver: return "tspi.receiver";
     case Link::kTanker: return "tspi.tanker";
-    case Link::kMark: return "time_mark";
-    case Link::kCommand: return "command";
+    case Link::kTimeMark: return "time_mark";
+    case Link::kMark: return "mark";
   }
   return "unknown";
 }
@@ -38,7 +40,6 @@ const char* to_string(Link link) {
 LinkDoors::LinkDoors(Pipeline::State& s) : s_(s) {
   for (std::size_t l = 0; l < kLinks; ++l) {
     const Link link = static_cast<Link>(l);
-    if (link == Link::kCommand && !s_.options.commands) continue;
     LinkGateConfig config;
     config.rate_hz = kRates[l].rate_hz;
     config.burst = kRates[l].burst;
@@ -78,19 +79,21 @@ void LinkDoors::take(Door& door, bool wrapped, const lcm_recv_buf_t& buffer) {
 }
 
 Result<> LinkDoors::decode(Link link, std::span<const std::uint8_t> m) {
-  if (link == Link::kMark) {
+  if (link == Link::kTimeMark) {
     auto mark = decode_time_mark(m.data(), m.size());
     if (!mark.ok()) return mark.error();
     s_.offer(TimeMark(mark->mark));
-  } else if (link == Link::kCommand) {
-    auto command = decode_command(m.data(), m.size());
-    if (!command.ok()) return command.error();
-    if (command->command != "mark") return make_error(ErrorCode::kUnsupported, channel::kCommand, "command is \"" + std::string(command->command) + "\", expected mark");
-    s_.events.post(s_.service_now(), EventLevel::kMark, "command", "mark", std::string(command->text));
+  } else if (link == Link::kMark) {
+    const auto mark = decode_mark(m.data(), m.size());
+    if (!mark.ok()) return mark.error();
+    s_.events.post(s_.service_now(), EventLevel::kMark, "mark", "mark", std::string(mark->text), mark->seq);
   } else {
     auto report = decode_tspi(m.data(), m.size(), link == Link::kReceiver ? Aircraft::kReceiver : Aircraft::kTanker);
     if (!report.ok()) return report.error();
-    s_.offer(ArrivedTspi{*report, Time{host_now_ns()}});
+    ArrivedTspi tspi{*report, Time{host_now_ns() / 1000 * 1000}, {}};
+    tspi.bytes.resize(m.size());
+    std::copy(m.begin(), m.end(), tspi.bytes.begin());
+    s_.offer(std::move(tspi));
   }
   return Ok{};
 }

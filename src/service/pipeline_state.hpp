@@ -12,6 +12,7 @@
 #include "service/inputs.hpp"
 #include "service/pipeline.hpp"
 #include "service/publisher.hpp"
+#include "service/recorder.hpp"
 
 namespace cyclops {
 
@@ -22,7 +23,9 @@ class LinkDoors;
 struct Finished {                            ///< one frame on its way to the network
   FrameOutput out{};
   std::optional<GpsTime> t_mid_gps{};
-  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail is wanted
+  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail or a record is wanted
+  bool thumbnail{false};
+  std::int64_t number{-1};                   ///< of the pixels in the record
   std::int64_t complete_ns{0};
 };
 
@@ -53,8 +56,10 @@ struct Pipeline::State {
   std::atomic<bool> camera_there{false};
 
   std::unique_ptr<StrobeSource> strobe;
+  std::unique_ptr<StrobeSource> pps;         ///< null when the rig has none
   bool strobe_clock{false};                  ///< arrivals come from the strobe source
   std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
+  std::unique_ptr<Recorder> recorder;        ///< null: nothing is recorded; dies before the camera
   lcm_t* lcm{nullptr};
   std::unique_ptr<LinkDoors> doors;          ///< subscribed to lcm
 
@@ -62,12 +67,14 @@ struct Pipeline::State {
   BoundedQueue<std::unique_ptr<Finished>> ready{8};
   BoundedQueue<std::unique_ptr<Finished>> spare{8};
 
-  mutable std::mutex counts_mutex;           // the five below are read and written under it
+  mutable std::mutex counts_mutex;           // the six below are read and written under it
   ChainCounts chain_counts{};
   CameraCounters camera_counts{};
   StrobeStatus strobe_status{};
+  StrobeStatus pps_status{};
   LinkCounts link_counts[kLinks]{};
   std::uint64_t inputs_refused{0};
+  std::uint64_t frames_refused{0};           ///< frames among them
 
   // of the publish thread, read after it has ended
   Histogram stage[kStages];
@@ -77,11 +84,13 @@ struct Pipeline::State {
   std::int64_t last_published_ns{0};         ///< newest frame's results on the network
   std::uint64_t publish_failed{0};
   std::int64_t started_ns{0};
+  RecordCounts record_counts{};              ///< after the end
 
-  std::thread camera_thread, strobe_thread, link_thread, chain_thread, publish_thread;
+  std::thread camera_thread, strobe_thread, pps_thread, link_thread, chain_thread, publish_thread;
 
   void run_camera();
   void run_strobe();
+  void run_pps();
   void run_link();
   void run_chain();
   void run_publish();

@@ -37,7 +37,10 @@ void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& w
   t.read_in("p2", -1.0, 1.0, k.p2);
   t.read_in("k3", -1000.0, 1000.0, k.k3);
   t.read("windscreen", windscreen);
-  if (!windscreen.empty()) windscreen = file.resolve(windscreen);
+  if (!windscreen.empty()) {
+    rig.files.push_back({windscreen, file.resolve(windscreen)});
+    windscreen = rig.files.back().path;
+  }
   rig.device.width_px = k.width;
   rig.device.height_px = k.height;
   rig.camera = Camera(k, {});
@@ -54,18 +57,32 @@ void read_mount(ConfigTable t, Rig& rig) {
   rig.boresight_sigma_rad = sigma * kDeg;
 }
 
-/// What timesync needs from the tables of the camera and the strobe.
+constexpr int kPpsLine = 18;  // where the rig does not say
+
+StrobeConfig no_pps() {
+  StrobeConfig c;
+  c.kind = StrobeKind::kNone;
+  c.line = kPpsLine;
+  return c;
+}
+
+/// What timesync needs from the tables of the camera and the two lines.
 void complete(Rig& rig) {
   FrameStamperConfig& c = rig.stamper;
   c.period = rig.device.period();
   c.edge_delay = rig.strobe.delay;
+  c.delay_sigma = rig.strobe.delay_sigma;
   c.rising = rig.strobe.rising;
+  rig.gps.clock.wander_per_rs = c.clock.wander_per_rs;
+  rig.pps_marks.rising = rig.pps.rising;
+  rig.pps_marks.delay = rig.pps.delay;
+  rig.pps_marks.delay_sigma = std::max(rig.pps.delay_sigma, Duration{1});
   c.residual_max = std::min(c.residual_max, c.period / 8);
 }
 
 }  // namespace
 
-Result<Rig> Rig::load(const std::string& path) {
+Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker) {
   auto file = ConfigFile::load(path);
   if (!file.ok()) return file.error();
   Rig rig;
@@ -80,26 +97,31 @@ Result<Rig> Rig::load(const std::string& path) {
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   tanker.read_three("ins", kFarthest, ins);
-  const double metres = unit_choice == 0 ? 0.0254 : 1.0;
+  const double metres = rig.tanker_unit_m = unit_choice == 0 ? 0.0254 : 1.0;
   double survey_m = kSurveySigma_m;
   if (double sigma = 0; tanker.has("sigma")) {
     tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
     survey_m = sigma * metres;
   }
-  ConfigTable strobe = root.table("strobe"), time = root.table("time"), tspi = root.table("tspi");
+  ConfigTable strobe = root.table("strobe"), pps = root.table("pps"), time = root.table("time"), tspi = root.table("tspi");
   const auto take = [](auto result, auto& out) -> Result<> {
     if (!result.ok()) return result.error();
     out = *result;
     return Ok{};
   };
-  CYCLOPS_TRY(take(StrobeConfig::read(strobe), rig.strobe));
+  CYCLOPS_TRY(take(StrobeConfig::read(strobe, {}), rig.strobe));
+  CYCLOPS_TRY(take(StrobeConfig::read(pps, no_pps()), rig.pps));
   CYCLOPS_TRY(take(FrameStamperConfig::read(time), rig.stamper));
   CYCLOPS_TRY(take(GpsClockConfig::read(time), rig.gps));
   CYCLOPS_TRY(take(NavRig::read(tspi), rig.nav));
+  if (rig.gps.use_pps && rig.pps.kind == StrobeKind::kNone) time.fail("gps_from", "is \"pps\", expected [pps] with source = \"gpio\" or \"socket\" beside it");
+  if (rig.pps.kind != StrobeKind::kNone && rig.pps.kind == rig.strobe.kind && rig.pps.chip == rig.strobe.chip && rig.pps.line == rig.strobe.line && rig.pps.line_name == rig.strobe.line_name)
+    pps.fail("line", "is that of the strobe, expected another line");
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  auto loaded = TankerModel::load(file->resolve(model), metres, ins, survey_m);
+  rig.files.push_back({model, other_tanker.empty() ? file->resolve(model) : other_tanker});
+  auto loaded = TankerModel::load(rig.files.back().path, metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
   if (!windscreen.empty()) {

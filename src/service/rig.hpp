@@ -1,6 +1,7 @@
 #pragma once
 /// The rig: camera, mount, tanker, strobe and clocks of one installation, from rig.toml (docs/architecture.md).
 #include <string>
+#include <vector>
 
 #include "base/config.hpp"
 #include "capture/camera_config.hpp"
@@ -11,23 +12,35 @@
 #include "nav/nav_config.hpp"
 #include "timesync/frame_stamper.hpp"
 #include "timesync/gps_clock.hpp"
+#include "timesync/pps_marks.hpp"
 
 namespace cyclops {
 
+/// A file that rig.toml names.
+struct RigFile {
+  std::string as_written;
+  std::string path;
+};
+
 struct Rig {
   std::string path;                    ///< of the file
+  std::vector<RigFile> files;          ///< that it names
   CameraConfig device{};               ///< the camera as a device
   Camera camera{};                     ///< the camera as optics
   MountAngles mount_angles{};
   Point<frame::R> lens{};              ///< lens centre relative to the receiver's INS, m
   double boresight_sigma_rad{0};
   TankerModel tanker{};
+  double tanker_unit_m{1};             ///< metres in one unit of the tanker's file
   StrobeConfig strobe{};
+  StrobeConfig pps{};                  ///< kNone unless the rig has a line for it
   FrameStamperConfig stamper{};
   GpsClockConfig gps{};
+  PpsConfig pps_marks{};
   NavRig nav{};
 
-  static Result<Rig> load(const std::string& path);
+  /// `tanker`: a model file to use instead of the one that the rig names, in the same axes and units.
+  static Result<Rig> load(const std::string& path, const std::string& tanker = {});
 };
 
 }  // namespace cyclops

@@ -65,9 +65,24 @@ FrameFacts facts_of(const FrameOutput& out) {
   return f;
 }
 
+/// The network, and the record of what was said on it.
+class NetworkSink : public MessageSink {
+ public:
+  NetworkSink(lcm_t* lcm, Recorder* recorder) : lcm_(lcm), recorder_(recorder) {}
+  bool put(Time t, const char* channel, const void* data, std::size_t bytes) override {
+    const bool sent = lcm_.put(t, channel, data, bytes);
+    if (recorder_ != nullptr) recorder_->published(channel, data, bytes);
+    return sent;
+  }
+
+ private:
+  LcmSink lcm_;
+  Recorder* recorder_;
+};
+
 class PublishThread {
  public:
-  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm), publisher_(s.rig, sink_), health_(s) { jpeg_.reserve(1 << 16); }
+  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm, s.recorder.get()), publisher_(s.rig, sink_), health_(s) { jpeg_.reserve(1 << 16); }
 
   void run() {
     for (;;) {
@@ -85,11 +100,9 @@ class PublishThread {
  private:
   void publish(std::unique_ptr<Finished> f) {
     jpeg_.clear();
-    if (f->pixels) {
-      thumbnail(f->pixels->image, s_.options.thumbnail_px, jpeg_);
-      f->pixels.reset();
-    }
-    publisher_.frame(f->out, f->t_mid_gps, jpeg_);
+    if (f->thumbnail) thumbnail(f->pixels->image, s_.options.thumbnail_px, jpeg_);
+    const bool kept = s_.recorder && s_.recorder->has_room();
+    publisher_.frame(f->out, f->t_mid_gps, jpeg_, kept ? RecordedAt{"frames.lcm", f->number} : RecordedAt{});
     s_.last_published_ns = host_now_ns();
     const Duration latency{s_.last_published_ns - f->complete_ns};
     s_.latency.add(latency);
@@ -103,6 +116,8 @@ class PublishThread {
         s_.events.post(t, EventLevel::kWarning, "align", "nav.contradicted", "TSPI disagrees with where the tanker is seen; measurements go on from the picture");
       else s_.events.post(t, EventLevel::kRecovery, "align", "nav.agrees", "TSPI and picture agree again");
     }
+    if (s_.recorder && f->pixels) s_.recorder->pixels(std::move(*f->pixels), f->number, f->out.in.frame.t_mid);
+    f->pixels.reset();
     s_.facts = facts_of(f->out);
     CYCLOPS_ASSERT(s_.spare.try_push(std::move(f)));
   }
@@ -127,6 +142,7 @@ class PublishThread {
     next_look_ns_ = now + kLookEvery.ns;
     if (!health_.look(now) && now < next_health_ns_ && !last) return;
     publisher_.put(Time{now}, channel::kHealth, health_.message());
+    publisher_.put(Time{now}, channel::kClock, health_.clock());
     if (now >= next_health_ns_) next_health_ns_ = std::max(next_health_ns_ + kHealthEvery.ns, now);
     if (now - span_ns_ < kSpan.ns) return;
     s_.latency_recent.turn();
@@ -135,7 +151,7 @@ class PublishThread {
   }
 
   Pipeline::State& s_;
-  LcmSink sink_;
+  NetworkSink sink_;
   Publisher publisher_;
   std::vector<std::uint8_t> jpeg_;
   event_t event_{};

@@ -1,11 +1,15 @@
 #include "wire/decode.hpp"
 
-#include <cyclops/command_t.hpp>
+#include <cyclops/acquisition_t.hpp>
 #include <cyclops/event_t.hpp>
+#include <cyclops/mark_t.hpp>
+#include <cyclops/seal_t.hpp>
 #include <cyclops/strobe_edge_t.hpp>
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 #include <cyclops/tspi_t.hpp>
+
+#include <algorithm>
 
 #include "wire/channels.hpp"
 #include "wire/reader.hpp"
@@ -20,7 +24,6 @@ constexpr int kAllReasons = 2 * truth_t::BLOWN_OUT - 1;
 constexpr double kUnitNorm = 1e-6;    // how far a direction may be from length 1
 constexpr std::size_t kMaxName = 255;
 constexpr std::size_t kMaxText = 4095;
-constexpr std::size_t kMaxCommandText = 200;
 
 template <class M>
 Reader open(const char* channel, const void* data, std::size_t size) {
@@ -132,6 +135,41 @@ Result<> decode_truth(const void* data, std::size_t size, Truth& out) {
   return Ok{};
 }
 
+Result<Acquisition> decode_acquisition(const void* data, std::size_t size) {
+  Reader in = open<acquisition_t>(channel::kAcquisition, data, size);
+  Acquisition out;
+  out.t = {in.get<std::int64_t>("service_time_ns")};
+  if (out.t.ns != INT64_MIN && (out.t.ns < -kMaxTime_ns || out.t.ns > kMaxTime_ns))
+    in.fail(ErrorCode::kInvalid, "service_time_ns", "is " + std::to_string(out.t.ns) + ", expected a time or the least int64");
+  out.what = static_cast<AcquisitionChange>(in.small<std::int8_t>("what", acquisition_t::STARTED, acquisition_t::SILENT));
+  in.finish();
+  if (!in.ok()) return in.error();
+  return out;
+}
+
+Result<Mark> decode_mark(const void* data, std::size_t size) {
+  Reader in = open<mark_t>(channel::kMark, data, size);
+  Mark out;
+  out.seq = in.get<std::int32_t>("seq");
+  out.text = in.text("text", Mark::kMaxText);
+  in.finish();
+  const auto unprintable = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+  if (in.ok() && std::any_of(out.text.begin(), out.text.end(), unprintable)) in.fail(ErrorCode::kInvalid, "text", "holds a control character");
+  if (!in.ok()) return in.error();
+  return out;
+}
+
+Result<Seal> decode_seal(const void* data, std::size_t size) {
+  Reader in = open<seal_t>(channel::kSeal, data, size);
+  Seal out;
+  out.from = in.whole("from_byte", 0, kMaxTime_ns);
+  out.to = in.whole("to_byte", 0, kMaxTime_ns);
+  out.sum = static_cast<std::uint64_t>(in.get<std::int64_t>("xxh3"));
+  in.finish();
+  if (!in.ok()) return in.error();
+  return out;
+}
+
 Result<Event> decode_event(const void* data, std::size_t size) {
   Reader in = open<event_t>(channel::kEvent, data, size);
   Event out;
@@ -141,16 +179,6 @@ Result<Event> decode_event(const void* data, std::size_t size) {
   out.code = in.text("code", kMaxName);
   out.text = in.text("text", kMaxText);
   out.count = in.whole("count", 0, kMaxTime_ns);
-  in.finish();
-  if (!in.ok()) return in.error();
-  return out;
-}
-
-Result<Command> decode_command(const void* data, std::size_t size) {
-  Reader in = open<command_t>(channel::kCommand, data, size);
-  Command out;
-  out.command = in.text("command", kMaxName);
-  out.text = in.text("text", kMaxCommandText);
   in.finish();
   if (!in.ok()) return in.error();
   return out;

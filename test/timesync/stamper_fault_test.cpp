@@ -124,6 +124,25 @@ TEST_F(StamperFault, AStepOfTheCameraClockIsFoundAtOnceAndLockedAnew) {
   EXPECT_EQ(stamper->counters().lock_count, 2U);
 }
 
+TEST_F(StamperFault, APauseThatOnlyTheClockShowsIsFoundAtOnceAndLockedAnew) {
+  // GIVEN a camera that rests for five and a half periods and then counts on as if nothing had been
+  make();
+  const Duration rest{setup.period.ns * 11 / 2};
+  for (auto* list : {&run.edges, &run.frames}) {
+    for (std::size_t i = 51; i < list->size(); ++i) {
+      StampInput& in = (*list)[i];
+      in.ready = in.ready + rest;
+      in.edge.t = in.edge.t + rest;
+      in.frame.t_arrival = in.frame.t_arrival + rest;
+      in.frame.camera_tick_ns += rest.ns;
+    }
+  }
+  for (std::size_t i = 50; i < run.truth.size(); ++i) run.truth[i] = run.truth[i] + rest;
+  go();
+  expect_strobe(0, 100);
+  EXPECT_EQ(losses(LockLoss::kTickStep), 1U);
+}
+
 TEST_F(StamperFault, AStalledHostDoesNotDisturbTheLock) {
   make();
   const Time end = run.frames[60].ready;
@@ -153,13 +172,16 @@ TEST_F(StamperFault, AFrameBeforeTheEndOfItsExposureDropsTheLock) {
 }
 
 TEST_F(StamperFault, WithoutEdgesTheCameraClockServesThenTheArrival) {
-  // GIVEN 100 frames with edges and then 400 without, at 30 Hz
+  // GIVEN 100 frames with edges and then 400 without, at 30 Hz, and ten seconds of holdover allowed
   setup.exposures = 500;
   make();
   lose_edges(100, 500);
-  go();
+  FrameStamperConfig config = test::stamper_config(setup);
+  config.tick_holdover = Duration::from_seconds(10);
+  go(config);
   EXPECT_EQ(source(150), TimeSource::kCameraTick);
   EXPECT_LE(std::llabs(error_ns(390)), 3 * out[390].info.t_mid_sigma.ns);
+  EXPECT_GT(out[390].info.t_mid_sigma, out[150].info.t_mid_sigma);
   EXPECT_EQ(source(450), TimeSource::kArrival) << "more than 10 s";
   EXPECT_EQ(losses(LockLoss::kHoldover), 1U);
   EXPECT_EQ(stamper->counters().starved, 1U);
