@@ -34,6 +34,7 @@ class RecordedFront {
     if (recorder_ != nullptr) recorder_->edge(now(), edge, StrobeLine::kStrobe);
   }
   bool push(const PpsEdge& edge) {
+    see(edge.edge.t);
     if (recorder_ != nullptr) recorder_->edge(now(), edge.edge, StrobeLine::kPps);
     return front_.push(edge);
   }
@@ -53,7 +54,7 @@ class RecordedFront {
   }
   /// False: not taken, and not recorded. `number` is the frame's in the record; -1 without one.
   [[nodiscard]] bool push(const FrameInfo& frame, std::uint64_t token, std::int64_t& number) {
-    see(frame.t_arrival);
+    if (frame.t_arrival.ns != 0) see(frame.t_arrival);
     if (!front_.push(frame, token)) return false;
     number = recorder_ != nullptr ? recorder_->frame(now(), frame) : -1;
     return true;

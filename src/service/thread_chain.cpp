@@ -70,7 +70,12 @@ class ChainThread {
       s_.events.post(tspi.arrival, EventLevel::kWarning, a == 0 ? "tspi.receiver" : "tspi.tanker", to_string(verdict), "TSPI refused by the guard", static_cast<std::int64_t>(count));
   }
   void handle(TimedFrame&& frame) {
-    if (!s_.strobe_clock || frame.frame.info.camera_frame_id == 0) return admit(std::move(frame));
+    if (!s_.strobe_clock) return admit(std::move(frame));
+    // On a bench the arrival is of the host's clock and means nothing; its own comes with the number.
+    if (frame.frame.info.camera_frame_id == 0) {
+      frame.frame.info.t_arrival = {};
+      return admit(std::move(frame));
+    }
     if (held_.full()) give_up_arrivals(held_.capacity() - 1);
     held_.push_back(room_place(std::move(frame)));
     release_known();
@@ -98,7 +103,9 @@ class ChainThread {
     while (held_.size() > keep) {
       if (held_.front() != WaitingRoom::kPlaces) {
         ++counts_.arrival_unknown;
-        admit(room_.take(held_.front()));
+        TimedFrame frame = room_.take(held_.front());
+        frame.frame.info.t_arrival = {};
+        admit(std::move(frame));
       }
       pop_held();
     }
