@@ -6,6 +6,7 @@
 ///          messages stay those of the flight; after a seek or a loop all of them move on together, so that no clock goes back.
 /// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured.
 /// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps.
+/// Faults   of a script strike where they would in flight: in the camera, on the line, on the link, in this machine.
 /// Threads  run() is one thread, a second one inside sends frames; control methods from any thread.
 #include <atomic>
 #include <functional>
@@ -31,6 +32,9 @@ struct ReplayOptions {
   Duration late_after = Duration::from_ms(5);
   int most_ahead{6};
   std::int64_t most_frames{0};             ///< stop after so many; 0: all
+  double most_s{0};                        ///< stop after so many seconds of flight played; 0: all
+  std::string faults;                      ///< script (hil/fault_script.hpp); empty: nothing goes wrong
+  std::string sent_path;                   ///< CSV of what was sent (hil/sent_log.hpp); empty: none
 };
 
 struct ReplayProgress {

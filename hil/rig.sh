@@ -1,7 +1,8 @@
 #!/bin/bash
-# rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED]: plays a flight through the whole rig, in a network namespace of its own.
-# OUT gets live.lcm (all that was published), service.json, replay.json and the logs. Needs no free port and no privileges
-# beyond those for a namespace.
+# rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED] [REPLAY OPTION...]: plays a flight through the whole rig, in a network namespace of
+# its own. OUT gets live.lcm (all that was published), service.json, replay.json, the logs and, while it runs, service.pid. Needs
+# no free port and no privileges beyond those for a namespace.
+# CYCLOPS_SERVICE: more options for the service; CYCLOPS_IDLE_S: it ends after so many seconds without a frame.
 set -u
 cd "$(dirname "$0")/.."
 if [ -z "${CYCLOPS_IN_NETNS:-}" ]; then CYCLOPS_IN_NETNS=1 exec test/in-netns.sh "$0" "$@"; fi
@@ -12,12 +13,15 @@ export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 rm -f "$out"/live.lcm
 config=(); [ "$profile" != - ] && config=(--config "$profile")
 lcm-logger --quiet --force "$out/live.lcm" >"$out/logger.log" 2>&1 & logger=$!
-"$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" --summary "$out/service.json" --exit-when-idle 2 >"$out/service.log" 2>&1 & service=$!
+# shellcheck disable=SC2086
+"$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" --summary "$out/service.json" --exit-when-idle "${CYCLOPS_IDLE_S:-2}" ${CYCLOPS_SERVICE:-} >"$out/service.log" 2>&1 & service=$!
+echo $service >"$out/service.pid"
 trap 'kill $logger $service 2>/dev/null' EXIT
 sleep 0.2
-"$b/bin/cyclops-replay" "$flight" --speed "$speed" --summary "$out/replay.json" </dev/null
+"$b/bin/cyclops-replay" "$flight" --speed "$speed" --summary "$out/replay.json" "${@:6}" </dev/null
 status=$?
 wait $service; served=$?
+rm -f "$out/service.pid"
 sleep 0.2; kill -INT $logger 2>/dev/null; wait $logger 2>/dev/null
 trap - EXIT
 [ $status = 0 ] && [ $served = 0 ] || { tail -n 20 "$out/service.log" >&2; exit 1; }
