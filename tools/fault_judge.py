@@ -124,23 +124,29 @@ def growth(run, name, begin_ns=0, end_ns=1 << 62):
     return (values[-1] if values else 0) - (before[-1] if before else values[0] if values else 0)
 
 
+def when_sent(run, flight_id):
+    return next((f.host_ns for f in run.frames if f.flight_id >= flight_id), 1 << 62)
+
+
 def notices(run, reference, begin_ns, end_ns):
     """Everything that told of trouble between the two times: {name: ns of the first}. A counter tells when it has grown by more
-    than it grew in the whole run without faults."""
+    than it grew in the run without faults from the same picture to the end."""
     out = {}
+    begin_id = next((f.flight_id for f in run.frames if f.host_ns >= begin_ns), 0)
+    reference_ns = when_sent(reference, begin_id) if reference else 0
     for e in run.events:
-        if begin_ns <= e.service_time_ns <= end_ns and e.level in (1, 2):
+        if begin_ns <= e.service_time_ns <= end_ns and e.level in (0, 1, 2) and e.code != "camera.started":
             out.setdefault(e.code if not e.source.startswith("tspi.") else f"{e.source}: {e.code}", e.service_time_ns)
     for h in run.health:
         if begin_ns <= h.service_time_ns <= end_ns:
             for a in h.alarms:
                 out.setdefault(a, h.service_time_ns)
     for name, series in run.counters.items():
-        if name in ("capture.complete", "time.edges", "chain.consensus") or name.endswith(".received"):
+        if name in ("capture.complete", "time.edges", "chain.consensus", "capture.starts") or name.endswith(".received"):
             continue
         before = [v for t, v in series if t < begin_ns]
         base = before[-1] if before else 0
-        usual = growth(reference, name) if reference else 0
+        usual = growth(reference, name, reference_ns, reference.frames[-1].host_ns) if reference else 0
         first = next((t for t, v in series if begin_ns <= t <= end_ns and v - base > usual), None)
         if first is not None:
             out.setdefault(name, first)
@@ -182,20 +188,23 @@ def figures(run, reference, usual):
     end = run.frames[-1].host_ns if run.frames else 0
     # Only what happened while frames came: the end of every replay is a loss of the camera.
     seen = notices(run, reference, begin, end) if begin else {}
-    expected = sum(usual.get(f.flight_id, 0) for f in run.frames)
-    timed = [f for f in run.frames if f.published and f.time_source != 3]
+    hit = [f for f in run.frames if f.host_ns >= begin]
+    expected = sum(usual.get(f.flight_id, 0) for f in hit)
+    timed = [f for f in hit if f.published and f.time_source != 3]
     return {
         "struck": sum(f["struck"] for f in faults),
         "noticed": {name: round((t - begin) * 1e-9, 2) for name, t in sorted(seen.items(), key=lambda x: x[1])},
         "recovered_s": recovery_s(run, usual, until) if until else 0.0,
-        "frames_sent": len(run.frames),
-        "frames_not_measured": sum(not f.published for f in run.frames),
+        "first_id": hit[0].flight_id if hit else 0,
+        "frames_sent": len(hit),
+        "frames_not_measured": sum(not f.published for f in hit),
         "frames_unaccounted": unaccounted(run),
-        "frames_other_clock": sum(f.published and f.time_source != 0 for f in run.frames),
-        "measurements_lost_percent": round(100 * (1 - sum(f.accepted for f in run.frames) / expected), 1) if expected else 0.0,
-        "measurements": sum(f.accepted for f in run.frames),
-        "wrong": sum(f.wrong for f in run.frames),
-        "wrong_times": sum(f.time_is_wrong for f in run.frames),
+        "frames_other_clock": sum(f.published and f.time_source != 0 for f in hit),
+        "measurements_lost_percent": round(100 * (1 - sum(f.accepted for f in hit) / expected), 1) if expected else 0.0,
+        "measurements": sum(f.accepted for f in hit),
+        "wrong": sum(f.wrong for f in hit),
+        "wrong_without_fault": sum(f.wrong for f in (reference or run).frames if f.flight_id >= (hit[0].flight_id if hit else 0)),
+        "wrong_times": sum(f.time_is_wrong for f in hit),
         "worst_time_us": round(max((abs(f.time_error_ns) for f in timed if f.time_source == 0), default=0) * 1e-3, 1),
         "alarms_at_end": alarms_at_end(run),
         "late_ms": round(run.replay.get("max_late_ms", 0), 1),

@@ -55,7 +55,7 @@ def fly(build, flight, out, row, table):
         return f"rig ended with {done.returncode}: " + " | ".join(log.read().split("\n")[-4:])
 
 
-def verdict(row, f, reference, relaxed):
+def verdict(row, f, relaxed):
     """Why the row fails; empty: it passes."""
     why = []
     if f["crashed"]:
@@ -75,7 +75,7 @@ def verdict(row, f, reference, relaxed):
         why.append(f"recovered after {f['recovered_s']:.1f} s, limit {limit['recovered_s']}")
     if not relaxed and f["measurements_lost_percent"] > limit["lost_percent"]:
         why.append(f"{f['measurements_lost_percent']} % of the measurements lost, limit {limit['lost_percent']}")
-    more_wrong = 100 * (f["wrong"] - reference["wrong"] * f["frames_sent"] / max(1, reference["frames_sent"])) / max(1, f["measurements"])
+    more_wrong = 100 * (f["wrong"] - f["wrong_without_fault"]) / max(1, f["measurements"])
     if more_wrong > limit["wrong_percent"]:
         why.append(f"{more_wrong:.1f} % wrong measurements, limit {limit['wrong_percent']}")
     if f["wrong_times"] > limit["wrong_times"]:
@@ -124,7 +124,7 @@ def main():
         run.crashed = crashed
         f = fault_judge.figures(run, reference_run, usual)
         result = {"name": row["name"], "fault": row["fault"], "notice": row.get("notice", []), "limit": row["limit"], "figures": f,
-                  "why": verdict(row, f, reference, a.relaxed)}
+                  "why": verdict(row, f, a.relaxed)}
         results.append(result)
         print(fault_page.line(result), flush=True)
     failed = [r for r in results if r["why"]]

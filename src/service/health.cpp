@@ -47,6 +47,7 @@ void add_counters(health_t& out, const Pipeline::State& s, const ChainCounts& c,
   add(out, "capture.lost.no_buffer", camera.lost_no_buffer);
   add(out, "capture.lost.size_mismatch", camera.lost_size_mismatch);
   add(out, "capture.lost.rows_unknown", camera.lost_rows_unknown);
+  add(out, "capture.lost.frozen", camera.lost_frozen);
   add(out, "capture.resent_packets", camera.packets.resent);
   add(out, "capture.starts", camera.starts);
   add(out, "service.queue_full", s.inputs.refused());
@@ -91,7 +92,7 @@ void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& c, 
   out.frame_rate_hz = rate(c.frames, before.frames, window_s);
   out.frames_received = static_cast<std::int64_t>(camera.received);
   out.frames_incomplete = static_cast<std::int64_t>(camera.incomplete);
-  out.frames_lost = static_cast<std::int64_t>(camera.lost_gap + camera.lost_leader + camera.lost_no_buffer + camera.lost_size_mismatch + camera.lost_rows_unknown + c.front_refused);
+  out.frames_lost = static_cast<std::int64_t>(camera.lost_gap + camera.lost_leader + camera.lost_no_buffer + camera.lost_size_mismatch + camera.lost_rows_unknown + camera.lost_frozen + c.front_refused);
   out.time_source = static_cast<std::int8_t>(f.time_source);
   out.time_sigma_us = microseconds(f.t_mid_sigma);
   out.strobe_rate_hz = rate(c.stamp.edges, before.stamp.edges, window_s);

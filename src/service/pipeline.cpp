@@ -121,7 +121,7 @@ std::string Pipeline::summary() const {
   j["frames_complete"] = c.received;
   j["frames_incomplete"] = c.incomplete;
   j["frames_lost_by_cause"] = {{"gap", c.lost_gap}, {"leader", c.lost_leader}, {"no_buffer", c.lost_no_buffer}, {"size_mismatch", c.lost_size_mismatch},
-                               {"rows_unknown", c.lost_rows_unknown}, {"queue_full", s.inputs_refused}, {"no_room", n.front_refused}};
+                               {"rows_unknown", c.lost_rows_unknown}, {"frozen", c.lost_frozen}, {"queue_full", s.inputs_refused}, {"no_room", n.front_refused}};
   j["frames_in_chain"] = n.frames;
   j["nav_updates"] = n.nav_updates;
   j["frames_with_consensus"] = n.consensus;

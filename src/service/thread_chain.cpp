@@ -1,4 +1,6 @@
 // The chain's thread: one queue in, whole frames out.
+#include <algorithm>
+
 #include "service/pipeline_state.hpp"
 
 namespace cyclops {
@@ -30,15 +32,20 @@ class ChainThread {
 
  private:
   void handle(Idle&&) {
+    edges_until_ = newest_edge_;
     give_up_arrivals(0);
     front_.flush();
   }
   void handle(AcquisitionStarted&& start) {
     give_up_arrivals(0);
     arrivals_.clear();
-    front_.restart(start.t);
+    // On a recorded clock the host cannot say when that was: after what came before the camera fell silent.
+    front_.restart(s_.strobe_clock && edges_until_.ns != INT64_MIN ? edges_until_ + Duration{1} : start.t);
   }
-  void handle(StrobeEdge&& edge) { front_.push(edge); }
+  void handle(StrobeEdge&& edge) {
+    newest_edge_ = std::max(newest_edge_, edge.t);
+    front_.push(edge);
+  }
   void handle(FrameArrival&& arrival) {
     if (arrivals_.full()) drop_oldest_arrival();
     arrivals_.push_back(arrival);
@@ -56,7 +63,7 @@ class ChainThread {
       s_.events.post(tspi.arrival, EventLevel::kWarning, a == 0 ? "tspi.receiver" : "tspi.tanker", to_string(verdict), "TSPI refused by the guard", static_cast<std::int64_t>(count));
   }
   void handle(TimedFrame&& frame) {
-    if (!s_.strobe_clock || frame.frame.info.camera_frame_id == 0) return admit(std::move(frame));
+    if (!s_.strobe_clock) return admit(std::move(frame));
     if (held_.full()) give_up_arrivals(held_.capacity() - 1);
     held_.push_back(room_place(std::move(frame)));
     release_known();
@@ -73,27 +80,41 @@ class ChainThread {
       const FrameArrival* found = nullptr;
       for (const FrameArrival& a : arrivals_)
         if (a.camera_frame_id == info.camera_frame_id) found = &a;
-      if (found == nullptr) return;
-      TimedFrame frame = room_.take(held_.front());
-      frame.frame.info.t_arrival = found->t;
-      pop_held();
-      admit(std::move(frame));
+      if (found == nullptr && info.camera_frame_id != 0) return;  // a frame without a number has no arrival to wait for
+      admit_held(found != nullptr ? found->t : Time{});
     }
+  }
+  /// An arrival on this host's own clock would be a time of another clock: better none.
+  void admit_held(Time arrival) {
+    TimedFrame frame = room_.take(held_.front());
+    frame.frame.info.t_arrival = arrival;
+    pop_held();
+    admit(std::move(frame));
   }
   void give_up_arrivals(std::size_t keep) {
     while (held_.size() > keep) {
-      if (held_.front() != WaitingRoom::kPlaces) {
-        ++counts_.arrival_unknown;
-        admit(room_.take(held_.front()));
+      if (held_.front() == WaitingRoom::kPlaces) {
+        pop_held();
+        continue;
       }
-      pop_held();
+      ++counts_.arrival_unknown;
+      admit_held({});
     }
   }
   std::size_t room_place(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
+    const std::size_t place = put(std::move(frame));
+    if (place != WaitingRoom::kPlaces) held_info_[place] = info;
+    return place;
+  }
+  /// With every place taken, frames would wait for later ones that find no place: those that wait go on with what there is.
+  std::size_t put(TimedFrame&& frame) {
+    if (room_.used() == WaitingRoom::kPlaces) {
+      front_.flush();
+      drain();
+    }
     const std::size_t place = room_.put(std::move(frame));
     if (place == WaitingRoom::kPlaces) ++counts_.front_refused;
-    else held_info_[place] = info;
     return place;
   }
   void pop_held() {
@@ -107,11 +128,8 @@ class ChainThread {
 
   void admit(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = room_.put(std::move(frame));
-    if (place == WaitingRoom::kPlaces) {
-      ++counts_.front_refused;
-      return;
-    }
+    const std::size_t place = put(std::move(frame));
+    if (place == WaitingRoom::kPlaces) return;
     if (front_.push(info, place)) return drain();
     (void)room_.take(place);
     ++counts_.front_refused;
@@ -176,6 +194,8 @@ class ChainThread {
   StaticVector<std::size_t, 8> held_{};
   std::array<FrameInfo, WaitingRoom::kPlaces> held_info_{};
   StaticVector<FrameArrival, kArrivals> arrivals_{};
+  Time newest_edge_{INT64_MIN};
+  Time edges_until_{INT64_MIN};       // newest when the camera was last silent
   ChainCounts counts_{};
   std::uint64_t guarded_[2]{};
   Time next_thumbnail_{};
