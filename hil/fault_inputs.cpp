@@ -17,10 +17,15 @@ Duration clock_error(const FaultPlayer& player, FaultKind step_ms, FaultKind dri
 }  // namespace
 
 void InputFaults::strobe(const StrobeEdge& edge, std::vector<Delayed<StrobeEdge>>& out) {
-  constexpr int kBuffer = 1;
   out.clear();
   spurious(edge, out);
-  last_edge_ = edge.t;
+  line(edge, out);
+  last_edge_ = out.empty() ? edge.t : out.back().item.t;
+}
+
+/// What the line makes of the edge itself.
+void InputFaults::line(const StrobeEdge& edge, std::vector<Delayed<StrobeEdge>>& out) {
+  constexpr int kBuffer = 1;
   StrobeEdge e = edge;
   if (e.line_seq >= 0) e.line_seq += extra_edges_;
   if (player_.strike(FaultKind::kStrobeStuck) != nullptr) { --extra_edges_; return; }

@@ -32,6 +32,7 @@ class InputFaults {
   [[nodiscard]] std::int64_t camera_tick(std::int64_t tick_ns);
 
  private:
+  void line(const StrobeEdge& edge, std::vector<Delayed<StrobeEdge>>& out);
   void spurious(const StrobeEdge& edge, std::vector<Delayed<StrobeEdge>>& out);
   void corrupt(Aircraft aircraft, tspi_t& message);
   FaultPlayer& player_;
