@@ -93,6 +93,7 @@ nlohmann::json FaultPlayer::report() const {
   for (const auto& live : faults_)
     out.push_back({{"name", live->fault.name},
                    {"kind", name_of(live->fault.kind)},
+                   {"text", live->fault.text},
                    {"onset_s", live->fault.onset_s},
                    {"duration_s", live->fault.duration_s},
                    {"struck", live->struck.load()},

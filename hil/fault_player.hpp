@@ -41,7 +41,7 @@ class FaultPlayer {
   /// Sum of `amount` times the seconds the fault has lasted, for ever after: for drifts.
   [[nodiscard]] double integral(FaultKind kind) const;
 
-  /// One object a fault: name, kind, onset_s, duration_s, struck, from_ns and until_ns (CLOCK_MONOTONIC; 0: not yet).
+  /// One object a fault: name, kind, text, onset_s, duration_s, struck, from_ns and until_ns (CLOCK_MONOTONIC; 0: not yet).
   [[nodiscard]] nlohmann::json report() const;
 
  private:

@@ -2,7 +2,8 @@
 # rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED] [REPLAY OPTION...]: plays a flight through the whole rig, in a network namespace of
 # its own. OUT gets live.lcm (all that was published), service.json, replay.json, the logs and, while it runs, service.pid. Needs
 # no free port and no privileges beyond those for a namespace.
-# CYCLOPS_SERVICE: more options for the service; CYCLOPS_IDLE_S: it ends after so many seconds without a frame.
+# CYCLOPS_SERVICE: more options for the service; CYCLOPS_IDLE_S: it ends after so many seconds without a frame; CYCLOPS_CHANNELS:
+# a regular expression of what is logged.
 set -u
 cd "$(dirname "$0")/.."
 if [ -z "${CYCLOPS_IN_NETNS:-}" ]; then CYCLOPS_IN_NETNS=1 exec test/in-netns.sh "$0" "$@"; fi
@@ -12,7 +13,7 @@ mkdir -p "$out"
 export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 rm -f "$out"/live.lcm
 config=(); [ "$profile" != - ] && config=(--config "$profile")
-lcm-logger --quiet --force "$out/live.lcm" >"$out/logger.log" 2>&1 & logger=$!
+lcm-logger --quiet --force --channel="${CYCLOPS_CHANNELS:-.*}" "$out/live.lcm" >"$out/logger.log" 2>&1 & logger=$!
 # shellcheck disable=SC2086
 "$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" --summary "$out/service.json" --exit-when-idle "${CYCLOPS_IDLE_S:-2}" ${CYCLOPS_SERVICE:-} >"$out/service.log" 2>&1 & service=$!
 echo $service >"$out/service.pid"

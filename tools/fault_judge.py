@@ -1,6 +1,7 @@
 """What a run of the whole rig with faults shows, measured on its logs: noticed by what and when, recovered when, lost, wrong.
 
-Times are CLOCK_MONOTONIC of the host that ran it: HEALTH and EVENT carry it, SENT has it for every frame. What the service says
+Times are CLOCK_MONOTONIC of the host that ran it: HEALTH carries it, EVENT is put on it by when it was logged, SENT has it for every
+frame. What the service says
 about a frame is tied to what is true of it by block id and camera tick, so a wrong number or time of the service cannot hide.
 """
 import csv
@@ -27,6 +28,8 @@ class Frame:
     flight_id: int
     host_ns: int
     shift_ns: int
+    acquisition: int = 1
+    sent: bool = True      # whole
     published: bool = False
     accepted: int = 0
     wrong: int = 0
@@ -77,11 +80,11 @@ def load(out, truth, types):
     frames = {}
     with open(os.path.join(out, "sent.csv"), newline="") as file:
         for row in csv.DictReader(file):
-            if row["sent"] == "1":
-                frames[int(row["block_id"]), int(row["tick_ns"])] = Frame(int(row["flight_id"]), int(row["host_ns"]), int(row["shift_ns"]))
+            frames[int(row["block_id"]), int(row["tick_ns"])] = Frame(int(row["flight_id"]), int(row["host_ns"]), int(row["shift_ns"]), int(row["acquisition"]), row["sent"] == "1")
     run = Run([], [], [], read_json(out, "service.json"), read_json(out, "replay.json"))
     by_seq = {}
-    for _, _, channel, payload in event_log.events(os.path.join(out, "live.lcm")):
+    logged, lead_ns = [], 1 << 62  # of the logger's clock before the host's monotonic one
+    for _, time_us, channel, payload in event_log.events(os.path.join(out, "live.lcm")):
         if channel == "FRAME":
             m = types.frame_index_t.decode(payload)
             frame = frames.get((m.camera_frame_id, m.camera_tick_ns))
@@ -102,11 +105,17 @@ def load(out, truth, types):
         elif channel == "HEALTH":
             m = types.health_t.decode(payload)
             run.health.append(m)
+            lead_ns = min(lead_ns, time_us * 1000 - m.service_time_ns)
             for c in m.counters:
                 run.counters.setdefault(c.name, []).append((m.service_time_ns, c.value))
         elif channel == "EVENT":
-            run.events.append(types.event_t.decode(payload))
-    run.frames = sorted(frames.values(), key=lambda f: f.host_ns)
+            logged.append((time_us * 1000, types.event_t.decode(payload)))
+    # An event's own time may be that of a mark, on the flight's clock: when it was heard is what counts here.
+    for heard_ns, e in logged:
+        e.service_time_ns = heard_ns - lead_ns
+        run.events.append(e)
+    # A frame that was cut because the camera vanished on the way may still have been seen in part.
+    run.frames = sorted((f for f in frames.values() if f.sent or f.published), key=lambda f: f.host_ns)
     return run
 
 
@@ -171,12 +180,25 @@ def alarms_at_end(run):
     return list(last[-1].alarms) if last else ["no HEALTH"]
 
 
+def between_streams(run):
+    """Frames that were sent before the first or after the last that the service had of that stream: it was being opened, or had been
+    given up."""
+    by_stream = {}
+    for f in run.frames:
+        by_stream.setdefault(f.acquisition, []).append(f)
+    n = 0
+    for stream in by_stream.values():
+        seen = [i for i, f in enumerate(stream) if f.published]
+        n += len(stream) if not seen else seen[0] + len(stream) - 1 - seen[-1]
+    return n
+
+
 def unaccounted(run):
-    """Frames that left the camera and are in no counter of the service. None: the service left no figures."""
+    """Frames that left the camera, were not between streams, and are in no counter of the service. None: it left no figures."""
     s = run.service
     if not s:
         return None
-    return run.replay.get("frames_served", 0) - s["frames_complete"] - s["frames_incomplete"] - sum(
+    return len(run.frames) - between_streams(run) - s["frames_complete"] - s["frames_incomplete"] - sum(
         n for cause, n in s["frames_lost_by_cause"].items() if cause not in ("queue_full", "no_room"))
 
 

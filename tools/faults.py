@@ -64,10 +64,11 @@ def verdict(row, f, relaxed):
         why.append("the fault never struck")
     limit = row["limit"]
     harmless = f["measurements_lost_percent"] <= limit["harmless_percent"] and f["wrong_times"] == 0 and f["frames_other_clock"] <= 1
+    absorbed = row.get("may_be_absorbed") and harmless
     noticed = {n: t for n, t in f["noticed"].items() if any(n == d for d in row.get("notice", []))}
-    if row.get("notice") and not noticed and not (row.get("may_be_absorbed") and harmless):
+    if row.get("notice") and not noticed and not absorbed:
         why.append("not noticed by " + " or ".join(row["notice"]))
-    if noticed and not relaxed and min(noticed.values()) > limit["noticed_s"]:
+    if noticed and not absorbed and not relaxed and min(noticed.values()) > limit["noticed_s"]:
         why.append(f"noticed after {min(noticed.values())} s, limit {limit['noticed_s']}")
     if f["recovered_s"] is None:
         why.append("did not recover")

@@ -33,7 +33,7 @@ struct CameraConfig {
   Duration retry_every{200'000'000};     ///< between attempts to open again
 
   // What a camera that streams may still do wrong.
-  Duration verify_every{1'000'000'000};  ///< exposure and frame rate are read back so often; 0: never
+  Duration verify_every{250'000'000};  ///< exposure and frame rate are read back so often; 0: never
   int frozen_after{2};                   ///< so many repeats of one picture are believed, more are not; 0: all are
 
   [[nodiscard]] Duration period() const { return Duration::from_seconds(1.0 / frame_rate_hz); }

@@ -4,7 +4,7 @@
 ///   auto source = CameraSource::open(config);                 // the camera is there and as configured, or an Error
 ///   for (;;) std::visit(..., source->poll(Duration::from_ms(100)));
 ///
-/// Settings exposure and frame rate are read back once a second; a camera that has changed them is opened, so set, again.
+/// Settings exposure and frame rate are read back four times a second; a camera that has changed them is opened, so set, again.
 /// Frozen   a picture that comes again bit by bit more often than `frozen_after` is not believed: CameraFault once, then missing
 ///          frames until there is a new one.
 /// Events   CameraStarted comes before the first frame of each stream: numbers and clock of the camera may have changed, so

@@ -1,5 +1,6 @@
 #pragma once
 /// Inside service: what the threads of the pipeline share.
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <thread>
@@ -64,7 +65,7 @@ struct Pipeline::State {
   CameraCounters camera_counts{};
   StrobeStatus strobe_status{};
   LinkCounts link_counts[2]{};
-  std::uint64_t inputs_refused{0};
+  std::array<std::uint64_t, std::variant_size_v<Input>> inputs_refused{};  // by kind
 
   // of the publish thread, read after it has ended
   Histogram stage[kStages];
@@ -81,6 +82,9 @@ struct Pipeline::State {
   void run_chain();
   void run_publish();
   void offer(Input&& input);
+  /// Inputs of one kind that found the queue full; under the mutex, or when every thread has ended.
+  template <class Kind>
+  [[nodiscard]] std::uint64_t refused() const { return inputs_refused[input_index<Kind>()]; }
   [[nodiscard]] Time service_now() const { return Time{host_now_ns()}; }
 };
 

@@ -32,15 +32,14 @@ class ChainThread {
 
  private:
   void handle(Idle&&) {
-    edges_until_ = newest_edge_;
     give_up_arrivals(0);
     front_.flush();
   }
   void handle(AcquisitionStarted&& start) {
     give_up_arrivals(0);
     arrivals_.clear();
-    // On a recorded clock the host cannot say when that was: after what came before the camera fell silent.
-    front_.restart(s_.strobe_clock && edges_until_.ns != INT64_MIN ? edges_until_ + Duration{1} : start.t);
+    // On a recorded clock the host cannot say when that was: after the edges that have come so far.
+    front_.restart(s_.strobe_clock && newest_edge_.ns != INT64_MIN ? newest_edge_ + Duration{1} : start.t);
   }
   void handle(StrobeEdge&& edge) {
     newest_edge_ = std::max(newest_edge_, edge.t);
@@ -195,7 +194,6 @@ class ChainThread {
   std::array<FrameInfo, WaitingRoom::kPlaces> held_info_{};
   StaticVector<FrameArrival, kArrivals> arrivals_{};
   Time newest_edge_{INT64_MIN};
-  Time edges_until_{INT64_MIN};       // newest when the camera was last silent
   ChainCounts counts_{};
   std::uint64_t guarded_[2]{};
   Time next_thumbnail_{};
