@@ -158,6 +158,10 @@ soak: all build/flights/soak/manifest.toml ## random faults for MINUTES at FPS f
 
 check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
 	@test/check.sh $(B)
+KILLS ?= 200
+.PHONY: kill-test
+kill-test: all ## the service records and is killed KILLS times; every record must be readable to within its last second
+	@test/tools/kill_test.py $(B) $(KILLS)
 unit: $(B)/test/unit-tests ## unit and property tests only
 	@$(B)/test/unit-tests --gtest_brief=1
 integration: all $(B)/test/integration-tests ## tests over real GVSP packets and LCM multicast

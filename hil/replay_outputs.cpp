@@ -138,7 +138,12 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
     acquisition_seen = acquisitions.load();
     id_known = false;
   }
-  if (!id_known) id_base = id - 1;                    // a camera counts from 1 after each start
+  if (id == 0 || index->info.status != FrameStatus::kComplete || !flight.has_frame(index->recorded_at)) {
+    ++frames_not_whole;                               // a gap in the camera's numbers
+    return Ok{};
+  }
+  const bool recorded = flight.manifest().origin == "recorded";
+  if (!id_known) id_base = recorded && shift_ns == 0 && id > last_block ? 0 : id - 1;  // a camera counts from 1 after each start
   else if (jumped) id_base = id - last_block - 1;     // and on after a jump of the flight
   id_known = true;
   jumped = false;
@@ -159,6 +164,12 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
   const std::lock_guard lock(control.mutex);
   if (control.steps > 0 && --control.steps == 0) control.paused = true;
   return Ok{};
+}
+
+/// In the record the camera began anew; here its stream goes on, and so do its numbers.
+void Replayer::State::acquisition(const record::LogEvent& e) {
+  const auto a = decode_acquisition(e.data.data(), e.data.size());
+  if (a.ok() && a->what == AcquisitionChange::kStarted && id_known) jumped = true;
 }
 
 void Replayer::State::publish(const std::string& name, const std::vector<std::uint8_t>& bytes) {
@@ -196,6 +207,7 @@ void Replayer::State::mark(const record::LogEvent& e) {
 Result<> Replayer::State::handle(const record::LogEvent& e) {
   if (e.channel == channel::kStrobe) edge(e);
   else if (e.channel == channel::kFrame) return frame(e);
+  else if (e.channel == channel::kAcquisition) acquisition(e);
   else if (e.channel == channel::kTspiReceiver || e.channel == channel::kTspiTanker) ++channels[e.channel].offered, tspi(e);
   else if (e.channel == channel::kTimeMark) ++channels[e.channel].offered, mark(e);
   return Ok{};

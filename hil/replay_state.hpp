@@ -74,6 +74,7 @@ struct Replayer::State {
 
   std::atomic<std::int64_t> measured{0};       // MEASUREMENT messages heard
   std::atomic<std::int64_t> handed{0};         // frames given to the sender
+  std::int64_t frames_not_whole{0};            // without pixels, or not all of them: not sent
   std::int64_t stalls{0};                      // waits for an answer that never came
 
   std::int64_t host0_ns{0}, flight0_ns{0};     // anchor: flight0 is due at host0
@@ -107,6 +108,7 @@ struct Replayer::State {
   Result<> handle(const record::LogEvent& e);
   Result<> frame(const record::LogEvent& e);
   void edge(const record::LogEvent& e);
+  void acquisition(const record::LogEvent& e);
   void tspi(const record::LogEvent& e);
   void mark(const record::LogEvent& e);
   [[nodiscard]] bool exposes();

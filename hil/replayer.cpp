@@ -121,6 +121,7 @@ nlohmann::json Replayer::summary() const {
           {"frames_in_flight", s.flight.manifest().frames},
           {"frames_served", s.frames_sent.load()},
           {"frames_unsent", s.frames_unsent.load()},
+          {"frames_not_whole", s.frames_not_whole},
           {"frames_unexposed", s.frames_unexposed},
           {"acquisitions", s.acquisitions.load()},
           {"speed", s.options.speed},

@@ -5,7 +5,8 @@
 ///          skipped: what leaves later than `late_after` is counted and the largest lateness kept. The stamps inside the
 ///          messages stay those of the flight; after a seek or a loop all of them move on together, so that no clock goes back.
 /// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured.
-/// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps.
+/// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps. Those of
+///          a recorded sortie keep their numbers; frames that were not recorded whole are not sent: they are gaps too.
 /// Faults   of a script strike where they would in flight: in the camera, on the line, on the link, in this machine.
 /// Threads  run() is one thread, a second one inside sends frames; control methods from any thread.
 #include <atomic>

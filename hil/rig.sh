@@ -1,9 +1,10 @@
 #!/bin/bash
 # rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED] [REPLAY OPTION...]: plays a flight through the whole rig, in a network namespace of
-# its own. OUT gets live.lcm (all that was published), service.json, replay.json, the logs and, while it runs, service.pid. Needs
-# no free port and no privileges beyond those for a namespace.
-# CYCLOPS_SERVICE: more options for the service; CYCLOPS_IDLE_S: it ends after so many seconds without a frame; CYCLOPS_CHANNELS:
-# a regular expression of what is logged.
+# its own. OUT gets live.lcm (all that was heard on the network), sortie/ (what the service recorded, with RECORD=yes;
+# RECORD_OPTIONS: more for it), service.json, replay.json, the logs and, while it runs, service.pid. Needs no free port and no
+# privileges beyond those for a namespace.
+# RECORD_IN: the sortie goes into this folder; CYCLOPS_IDLE_S: the service ends after so many seconds without a frame;
+# CYCLOPS_CHANNELS: a regular expression of what is logged.
 set -u
 cd "$(dirname "$0")/.."
 if [ -z "${CYCLOPS_IN_NETNS:-}" ]; then CYCLOPS_IN_NETNS=1 exec test/in-netns.sh "$0" "$@"; fi
@@ -11,11 +12,12 @@ b=$1 flight=$2 out=$3 profile=${4:--} speed=${5:-1}
 mkdir -p "$out"
 # A socket of its own name, so that two rigs on one machine do not meet.
 export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
-rm -f "$out"/live.lcm
+rm -rf "$out"/live.lcm "$out"/sortie
 config=(); [ "$profile" != - ] && config=(--config "$profile")
+# shellcheck disable=SC2206
+record=(); [ "${RECORD:-no}" = yes ] && record=(--record "${RECORD_IN:-$out}" --record-name sortie ${RECORD_OPTIONS:-})
 lcm-logger --quiet --force --channel="${CYCLOPS_CHANNELS:-.*}" "$out/live.lcm" >"$out/logger.log" 2>&1 & logger=$!
-# shellcheck disable=SC2086
-"$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" --summary "$out/service.json" --exit-when-idle "${CYCLOPS_IDLE_S:-2}" ${CYCLOPS_SERVICE:-} >"$out/service.log" 2>&1 & service=$!
+"$b/bin/cyclops" --rig "$flight/rig.toml" "${config[@]}" "${record[@]}" --summary "$out/service.json" --exit-when-idle "${CYCLOPS_IDLE_S:-2}" >"$out/service.log" 2>&1 & service=$!
 echo $service >"$out/service.pid"
 trap 'kill $logger $service 2>/dev/null' EXIT
 sleep 0.2

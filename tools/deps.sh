@@ -42,7 +42,7 @@ gpiod=$(pkg-config --modversion libgpiod | cut -d. -f1)
 cat >"$out.tmp" <<MK
 # made by tools/deps.sh
 DEPS_CFLAGS := $cflags -isystem /usr/include/opencv4 -DCYCLOPS_GPIOD=$gpiod -DSPDLOG_FMT_EXTERNAL
-DEPS_LIBS := $libs -lopencv_imgcodecs -lopencv_imgproc -lopencv_core -lembree3
+DEPS_LIBS := $libs -lopencv_imgcodecs -lopencv_imgproc -lopencv_core -lembree3 -lxxhash
 LCM_JAR := /usr/share/java/lcm.jar
 MK
 mv "$out.tmp" "$out"

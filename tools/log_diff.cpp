@@ -1,10 +1,13 @@
 #include "tools/log_diff.hpp"
 
 #include <array>
+#include <filesystem>
 #include <map>
 #include <vector>
 
 #include "record/event_log.hpp"
+#include "record/flight.hpp"
+#include "record/sortie.hpp"
 #include "wire/channels.hpp"
 
 namespace cyclops::tools {
@@ -25,10 +28,10 @@ struct Frame {
 };
 using Frames = std::map<std::int64_t, Frame>;
 
-Result<Frames> read(const std::string& path) {
+/// Of one file, or of the parts of a sortie's log.
+Result<> read_one(const std::string& path, bool by_seq, Frames& out) {
   auto log = record::EventLog::open(path);
   if (!log.ok()) return log.error();
-  Frames out;
   record::LogEvent event;
   while (true) {
     auto more = log->next(event);
@@ -36,25 +39,39 @@ Result<Frames> read(const std::string& path) {
     if (!*more) break;
     for (std::size_t s = 0; s < kStagesInOrder.size(); ++s) {
       if (event.channel != kStagesInOrder[s] || event.data.size() < kHeader) continue;
-      Frame& f = out[big_endian(event.data.data() + 16)];
+      Frame& f = out[big_endian(event.data.data() + (by_seq ? 8 : 16))];
       f.seq = big_endian(event.data.data() + 8);
       f.payload[s] = event.data;
     }
   }
+  return Ok{};
+}
+
+Result<Frames> read(const std::string& path, bool by_seq) {
+  Frames out;
+  const std::filesystem::path p(path);
+  std::error_code ignored;
+  const bool folder = std::filesystem::is_directory(p, ignored);
+  std::vector<std::string> parts = folder ? log_parts(path, record::kPublished) : log_parts(p.parent_path().empty() ? "." : p.parent_path().string(), p.stem().string());
+  if (parts.empty()) parts.push_back(folder ? (p / "published.lcm").string() : path);
+  for (const std::string& part : parts) CYCLOPS_TRY(read_one(part, by_seq, out));
   std::erase_if(out, [](const auto& item) { return item.second.payload.back().empty(); });
   return out;
 }
 
 }  // namespace
 
-Result<LogDiff> diff_logs(const std::string& path_a, const std::string& path_b) {
-  auto a = read(path_a);
+Result<LogDiff> diff_logs(const std::string& path_a, const std::string& path_b, const DiffOptions& options) {
+  auto a = read(path_a, options.by_seq);
   if (!a.ok()) return a.error();
-  auto b = read(path_b);
+  auto b = read(path_b, options.by_seq);
   if (!b.ok()) return b.error();
+  if (options.before > 0)
+    for (Frames* frames : {&*a, &*b}) std::erase_if(*frames, [&](const auto& item) { return item.second.seq >= options.before; });
   LogDiff d;
   d.frames_a = static_cast<std::int64_t>(a->size());
   d.frames_b = static_cast<std::int64_t>(b->size());
+  const char* absent = options.by_seq ? "timesync (no frame of this number in the other log)" : "timesync (no frame at this time in the other log)";
   const auto note = [&](std::int64_t seq, const std::string& stage) {
     if (d.first_frame_seq >= 0) return;
     d.first_frame_seq = seq;
@@ -63,13 +80,14 @@ Result<LogDiff> diff_logs(const std::string& path_a, const std::string& path_b) 
   for (const auto& [t, fa] : *a) {
     const auto it = b->find(t);
     if (it == b->end()) {
+      if (options.heard) continue;
       ++d.only_a;
-      note(fa.seq, "timesync (no frame at this time in the other log)");
+      note(fa.seq, absent);
       continue;
     }
     bool same = true;
     for (std::size_t s = 0; s < kStagesInOrder.size() && same; ++s)
-      if (fa.payload[s] != it->second.payload[s]) {
+      if (fa.payload[s] != it->second.payload[s] && !(options.heard && it->second.payload[s].empty())) {
         same = false;
         note(fa.seq, kStagesInOrder[s]);
       }
@@ -78,7 +96,7 @@ Result<LogDiff> diff_logs(const std::string& path_a, const std::string& path_b) 
   for (const auto& [t, fb] : *b)
     if (a->find(t) == a->end()) {
       ++d.only_b;
-      note(fb.seq, "timesync (no frame at this time in the other log)");
+      note(fb.seq, absent);
     }
   return d;
 }

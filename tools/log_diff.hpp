@@ -17,8 +17,15 @@ struct LogDiff {
   [[nodiscard]] bool same() const { return different == 0 && only_a == 0 && only_b == 0 && frames_a > 0; }
 };
 
+struct DiffOptions {
+  bool by_seq{false};   ///< pair by number instead: for logs of the same inputs, where a frame without a time counts too
+  std::int64_t before{0};  ///< only frames with a smaller seq; 0: all
+  bool heard{false};    ///< the second was heard over a network and may lack messages: what it has must be the same
+};
+
 /// Frames are paired by mid-exposure time, payloads compared byte by byte in the order of the stages:
 /// NAV, PREDICTION, SUBIMAGE, CORNER, TRACK, MEASUREMENT.
-Result<LogDiff> diff_logs(const std::string& a, const std::string& b);
+/// A name stands for all parts of a split log; a folder for what was published in that sortie.
+Result<LogDiff> diff_logs(const std::string& a, const std::string& b, const DiffOptions& options = {});
 
 }  // namespace cyclops::tools

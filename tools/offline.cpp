@@ -26,7 +26,8 @@ class Run {
         out_(std::make_unique<FrameOutput>()) {}
 
   Result<OfflineResult> all(const std::function<void(double)>& progress) {
-    front_.restart(Time{INT64_MIN});  // as the service does when the camera starts on the bench
+    // As the service does when the camera starts on the bench; a recorded flight says itself when that was.
+    if (flight_.manifest().origin != "recorded") front_.restart(Time{INT64_MIN});
     record::LogEvent event;
     while (true) {
       auto more = flight_.next(event);
@@ -57,6 +58,11 @@ class Run {
       auto r = decode_time_mark(e.data.data(), e.data.size());
       if (!r.ok()) return r.error();
       front_.push(r->mark);
+    } else if (e.channel == channel::kAcquisition) {
+      auto r = decode_acquisition(e.data.data(), e.data.size());
+      if (!r.ok()) return r.error();
+      if (r->what == AcquisitionChange::kStarted) front_.restart(r->t);
+      else front_.flush();
     } else if (e.channel == channel::kFrame) {
       auto r = decode_frame_index(e.data.data(), e.data.size());
       if (!r.ok()) return r.error();
@@ -76,8 +82,11 @@ class Run {
     AlignedFrame ready;
     while (front_.pop(ready)) {
       FlightFrame pixels;
-      CYCLOPS_TRY(flight_.frame(static_cast<std::int64_t>(ready.token), memory_, pixels));
-      const bool seen = ready.frame.status != FrameStatus::kMissing;
+      const auto number = static_cast<std::int64_t>(ready.token);
+      const bool there = flight_.has_frame(number);
+      if (there || flight_.manifest().origin != "recorded") CYCLOPS_TRY(flight_.frame(number, memory_, pixels));
+      if (!there && result_.without_pixels++ == 0) result_.first_without_pixels = result_.frames_out + 1;
+      const bool seen = there && ready.frame.status != FrameStatus::kMissing;
       const ImageView image = seen ? pixels.image : ImageView{};
       chain_.step(ready, image, ready.frame.status == FrameStatus::kPartial ? &pixels.missing : nullptr, *out_);
       publisher_.frame(*out_, front_.gps_time(ready.frame.t_mid), {});
@@ -122,28 +131,32 @@ Result<OfflineResult> run_offline(const std::string& folder, const Profile& prof
   return result;
 }
 
-Result<> measurements_csv(const std::string& log, const std::string& path) {
-  auto in = record::EventLog::open(log);
-  if (!in.ok()) return in.error();
+Result<std::int64_t> measurements_csv(const std::vector<std::string>& logs, const std::string& path) {
+  std::int64_t rows = 0;
   std::FILE* f = std::fopen(path.c_str(), "w");
   if (f == nullptr) return make_error(ErrorCode::kIo, path, "cannot be written");
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> closer(f, std::fclose);
   std::fprintf(f, "frame,mid_exposure_ns,mid_exposure_gps_ns,id,accepted,reason,kind,u_px,v_px,ideal_u_px,ideal_v_px,z_x_m,z_y_m,cov_uu_px2,cov_uv_px2,cov_vv_px2,innovation_u_px,innovation_v_px,nis,integrity\n");
   record::LogEvent event;
   measurement_set_t m;
-  while (true) {
-    auto more = in->next(event);
-    if (!more.ok()) return more.error();
-    if (!*more) break;
-    if (event.channel != channel::kMeasurement || m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) continue;
-    for (const auto& z : m.items)
-      std::fprintf(f, "%lld,%lld,%lld,%d,%d,%d,%d,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.6g\n", static_cast<long long>(m.seq),
-                   static_cast<long long>(m.mid_exposure_ns), static_cast<long long>(m.mid_exposure_gps_ns), z.id, z.accepted, z.reason, z.kind, z.raw_px[0], z.raw_px[1],
-                   z.ideal_px[0], z.ideal_px[1], z.z_m[0], z.z_m[1], z.cov_px2[0], z.cov_px2[1], z.cov_px2[2], z.innovation_px[0], z.innovation_px[1], z.nis,
-                   static_cast<double>(m.integrity));
+  for (const std::string& log : logs) {
+    auto in = record::EventLog::open(log);
+    if (!in.ok()) return in.error();
+    while (true) {
+      auto more = in->next(event);
+      if (!more.ok()) return more.error();
+      if (!*more) break;
+      if (event.channel != channel::kMeasurement || m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) continue;
+      rows += static_cast<std::int64_t>(m.items.size());
+      for (const auto& z : m.items)
+        std::fprintf(f, "%lld,%lld,%lld,%d,%d,%d,%d,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.6g\n", static_cast<long long>(m.seq),
+                     static_cast<long long>(m.mid_exposure_ns), static_cast<long long>(m.mid_exposure_gps_ns), z.id, z.accepted, z.reason, z.kind, z.raw_px[0], z.raw_px[1],
+                     z.ideal_px[0], z.ideal_px[1], z.z_m[0], z.z_m[1], z.cov_px2[0], z.cov_px2[1], z.cov_px2[2], z.innovation_px[0], z.innovation_px[1], z.nis,
+                     static_cast<double>(m.integrity));
+    }
   }
   if (std::ferror(f) != 0 || std::fflush(f) != 0) return make_error(ErrorCode::kIo, path, "cannot be written whole");
-  return Ok{};
+  return rows;
 }
 
 }  // namespace cyclops::tools

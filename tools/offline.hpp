@@ -2,6 +2,7 @@
 /// A flight through the same stages as the service, without a socket, clock or thread: same bits at every run.
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "base/histogram.hpp"
 #include "service/chain.hpp"
@@ -14,6 +15,8 @@ struct OfflineResult {
   std::int64_t frames_out{0};
   std::int64_t refused_messages{0};    ///< did not decode; the first is in `first_refusal`
   std::string first_refusal;
+  std::int64_t without_pixels{0};      ///< frames of a recorded flight whose pixels are not there
+  std::int64_t first_without_pixels{0};  ///< its seq; from there on results differ from what was published
   Histogram stage[kStages];
   Histogram chain;
   double run_s{0};                     ///< wall time of the whole run
@@ -28,6 +31,7 @@ Result<OfflineResult> run_offline(const std::string& flight, const Profile& prof
                                   const std::function<void(double)>& progress, const FrameObserver& observe = {});
 
 /// Measurements as a table: frame, times, id, accepted, reason, pixels, metres, covariance, innovation, NIS.
-Result<> measurements_csv(const std::string& log, const std::string& path);
+/// `logs`: the parts of one log. Returns the number of rows.
+Result<std::int64_t> measurements_csv(const std::vector<std::string>& logs, const std::string& path);
 
 }  // namespace cyclops::tools

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
   std::string flight, config, out, summary_path, scores;
   bool quiet = false;
   app.add_option("flight", flight, "flight folder")->required();
-  app.add_option("--config", config, "profile; the built-in default when left out");
+  app.add_option("--config", config, "profile; that of the sortie or else the built-in default when left out");
   app.add_option("--out", out, "measurements: .csv a table, .lcm every message as an LCM event log");
   app.add_option("--summary", summary_path, "figures as JSON; '-' for standard output");
   app.add_option("--scores", scores, "errors against truth by frame and feature, CSV");
@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   cyclops::Profile profile;
+  if (const auto own = std::filesystem::path(flight) / "profile.toml"; config.empty() && std::filesystem::exists(own)) config = own.string();
   if (!config.empty()) {
     auto loaded = cyclops::Profile::load(config);
     if (!loaded.ok()) return fail(loaded.error());
@@ -65,11 +66,14 @@ int main(int argc, char** argv) {
   }
   auto scored = cyclops::tools::load_run(flight, log);
   if (scored.ok() && !out.empty() && !keep_log)
-    if (auto done = cyclops::tools::measurements_csv(log, out); !done.ok()) return remove_log(), fail(done.error());
+    if (auto done = cyclops::tools::measurements_csv({log}, out); !done.ok()) return remove_log(), fail(done.error());
   remove_log();
   if (!scored.ok()) return fail(scored.error());
   if (result->refused_messages > 0)
     std::fprintf(stderr, "cyclops-offline: %lld messages of the flight were refused, the first: %s\n", static_cast<long long>(result->refused_messages), result->first_refusal.c_str());
+
+  if (result->without_pixels > 0)
+    std::fprintf(stderr, "cyclops-offline: %lld frames have no pixels in the record; from frame %lld on this is not what was published\n", static_cast<long long>(result->without_pixels), static_cast<long long>(result->first_without_pixels));
 
   json j = cyclops::tools::summarise(*scored);
   j["flight"] = std::filesystem::weakly_canonical(flight).filename().string();
@@ -80,6 +84,8 @@ int main(int argc, char** argv) {
   j["stage_us"] = stages_json(*result);
   j["realtime_factor"] = result->run_s > 0 ? result->flight_s / result->run_s : 0.0;
   j["refused_messages"] = result->refused_messages;
+  j["frames_without_pixels"] = result->without_pixels;
+  j["first_frame_without_pixels"] = result->first_without_pixels;
   if (!scores.empty())
     if (auto done = cyclops::tools::write_csv(*scored, scores); !done.ok()) return fail(done.error());
   if (summary_path == "-") std::printf("%s\n", j.dump(2).c_str());

@@ -10,7 +10,7 @@ namespace cyclops::record {
 namespace {
 
 constexpr std::uint32_t kSync = 0xEDA1DA01;
-constexpr std::size_t kHead = 28;
+constexpr std::size_t kHead = kEventHeadBytes;
 
 std::uint32_t get32(const std::uint8_t* p) { return std::uint32_t{p[0]} << 24 | std::uint32_t{p[1]} << 16 | std::uint32_t{p[2]} << 8 | p[3]; }
 std::int64_t get64(const std::uint8_t* p) { return static_cast<std::int64_t>(std::uint64_t{get32(p)} << 32 | get32(p + 4)); }
@@ -23,6 +23,18 @@ void put64(std::uint8_t* p, std::int64_t v) {
 }
 
 }  // namespace
+
+std::size_t put_event_head(std::uint8_t* out, std::int64_t number, std::int64_t time_us, const char* channel, std::size_t payload_bytes) {
+  const std::size_t channel_bytes = std::strlen(channel);
+  CYCLOPS_ASSERT(channel_bytes >= 1 && channel_bytes <= kMaxChannelBytes && payload_bytes <= kMaxPayloadBytes);
+  put32(out, kSync);
+  put64(out + 4, number);
+  put64(out + 12, time_us);
+  put32(out + 20, static_cast<std::uint32_t>(channel_bytes));
+  put32(out + 24, static_cast<std::uint32_t>(payload_bytes));
+  std::memcpy(out + kHead, channel, channel_bytes);
+  return kHead + channel_bytes;
+}
 
 Error EventLog::error(ErrorCode code, std::int64_t at, const std::string& what) const {
   return make_error(code, path_ + ": byte " + std::to_string(at), what);
@@ -102,16 +114,8 @@ Result<> EventLogWriter::put(const void* data, std::size_t bytes) {
 }
 
 Result<> EventLogWriter::write(std::int64_t time_us, const char* channel, const void* data, std::size_t bytes) {
-  const std::size_t channel_bytes = std::strlen(channel);
-  CYCLOPS_ASSERT(channel_bytes >= 1 && channel_bytes <= kMaxChannelBytes && bytes <= kMaxPayloadBytes);
-  std::uint8_t raw[kHead];
-  put32(raw, kSync);
-  put64(raw + 4, number_);
-  put64(raw + 12, time_us);
-  put32(raw + 20, static_cast<std::uint32_t>(channel_bytes));
-  put32(raw + 24, static_cast<std::uint32_t>(bytes));
-  CYCLOPS_TRY(put(raw, kHead));
-  CYCLOPS_TRY(put(channel, channel_bytes));
+  std::uint8_t head[kHead + kMaxChannelBytes];
+  CYCLOPS_TRY(put(head, put_event_head(head, number_, time_us, channel, bytes)));
   CYCLOPS_TRY(put(data, bytes));
   ++number_;
   return Ok{};

@@ -18,6 +18,12 @@ namespace cyclops::record {
 inline constexpr std::uint32_t kMaxChannelBytes = 63;             ///< LCM's own limit
 inline constexpr std::uint32_t kMaxPayloadBytes = 40U << 20;      ///< 4096 x 4096 pixels of 2 bytes, and a header
 
+inline constexpr std::size_t kEventHeadBytes = 28;
+
+/// The bytes in front of a payload: head and channel name. `out` has room for kEventHeadBytes + kMaxChannelBytes; returns
+/// how many were written.
+std::size_t put_event_head(std::uint8_t* out, std::int64_t number, std::int64_t time_us, const char* channel, std::size_t payload_bytes);
+
 struct LogEvent {
   std::int64_t number{0};
   std::int64_t time_us{0};

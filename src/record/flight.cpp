@@ -1,8 +1,8 @@
 #include "record/flight.hpp"
 
-#include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -10,63 +10,29 @@
 #include <sstream>
 
 #include "base/config.hpp"
+#include "record/log_stream.hpp"
+#include "record/whole_file.hpp"
 #include "wire/codec.hpp"
 
 namespace cyclops {
 namespace fs = std::filesystem;
+using record::quoted;
+using record::to_disk;
+using record::write_whole;
 namespace {
 
 constexpr const char* kManifest = "manifest.toml";
 constexpr std::int64_t kMicro = 1000;
 
-std::string quoted(const std::string& s) {
-  std::string out = "\"";
-  for (char c : s) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return out + "\"";
-}
-
 std::string to_toml(const FlightManifest& m) {
   std::ostringstream out;
   out << "format = \"" << kFlightFormat << "\"\n"
-      << "name = " << quoted(m.name) << "\norigin = " << quoted(m.origin) << "\nsource = " << quoted(m.source) << "\nframes = " << m.frames
-      << "\nfirst_frame_ns = " << m.first_frame_ns << "\nlast_frame_ns = " << m.last_frame_ns << "\nnav_every_n = " << m.nav_every_n
+      << "name = " << quoted(m.name) << "\norigin = " << quoted(m.origin) << "\nsource = " << quoted(m.source) << "\nframes = " << m.frames;
+  if (m.pixels >= 0) out << "\npixels = " << m.pixels;
+  out << "\nfirst_frame_ns = " << m.first_frame_ns << "\nlast_frame_ns = " << m.last_frame_ns << "\nnav_every_n = " << m.nav_every_n
       << "\nhas_truth = " << (m.has_truth ? "true" : "false") << "\n\n[files]  # size in bytes\n";
   for (const auto& [name, size] : m.files) out << quoted(name) << " = " << size << "\n";
   return out.str();
-}
-
-/// Writes beside the file, brings it to the disk, then gives it its name: it is there whole or not at all.
-Result<> write_whole(const std::string& path, const std::string& content) {
-  const std::string part = path + ".part";
-  const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) return make_error(ErrorCode::kIo, part, std::strerror(errno));
-  std::size_t done = 0;
-  while (done < content.size()) {
-    const ssize_t n = ::write(fd, content.data() + done, content.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    done += static_cast<std::size_t>(n);
-  }
-  const bool good = done == content.size() && ::fsync(fd) == 0;
-  const int why = errno;
-  ::close(fd);
-  if (!good) return make_error(why == ENOSPC ? ErrorCode::kFull : ErrorCode::kIo, part, std::string("cannot be written: ") + std::strerror(why));
-  if (std::rename(part.c_str(), path.c_str()) != 0) return make_error(ErrorCode::kIo, path, std::strerror(errno));
-  return Ok{};
-}
-
-/// The names in a folder survive a loss of power only when the folder itself has been brought to the disk.
-Result<> to_disk(const std::string& folder) {
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return make_error(ErrorCode::kIo, folder, std::strerror(errno));
-  const bool good = ::fsync(fd) == 0 || errno == EINVAL;  // EINVAL: a file system that needs none
-  const int why = errno;
-  ::close(fd);
-  if (!good) return make_error(ErrorCode::kIo, folder, std::string("cannot be brought to the disk: ") + std::strerror(why));
-  return Ok{};
 }
 
 /// Nothing that somebody else put there is ever replaced.
@@ -140,7 +106,9 @@ Result<std::int64_t> FlightWriter::frame(Time arrival, const FlightFrame& frame)
   view.height = frame.image.height;
   view.missing = frame.missing;
   const auto row_bytes = static_cast<std::size_t>(frame.image.width * bytes_per_pixel(frame.image.format));
-  if (frame.image.stride_bytes == static_cast<int>(row_bytes)) {
+  if (frame.status == FrameStatus::kMissing) {
+    view.pixels = {};
+  } else if (frame.image.stride_bytes == static_cast<int>(row_bytes)) {
     view.pixels = {frame.image.data, row_bytes * static_cast<std::size_t>(frame.image.height)};
   } else {
     rows_.clear();
@@ -157,17 +125,33 @@ Result<std::int64_t> FlightWriter::frame(Time arrival, const FlightFrame& frame)
 
 Result<> FlightWriter::text(const std::string& name, const std::string& content) { return write_whole(path(name), content); }
 
+Result<> write_manifest(const std::string& folder, FlightManifest manifest) {
+  manifest.files.clear();
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (entry.is_regular_file() && entry.path().filename() != kManifest)
+      manifest.files[entry.path().filename().string()] = static_cast<std::int64_t>(entry.file_size());
+  if (error) return make_error(ErrorCode::kIo, folder, error.message());
+  CYCLOPS_TRY(write_whole((fs::path(folder) / kManifest).string(), to_toml(manifest)));
+  return to_disk(folder);
+}
+
+std::vector<std::string> log_parts(const std::string& folder, const std::string& name) {
+  std::vector<std::string> out;
+  std::error_code ignored;
+  for (int part = 0;; ++part) {
+    const std::string path = (fs::path(folder) / record::part_name(name, part)).string();
+    if (!fs::exists(path, ignored)) return out;
+    out.push_back(path);
+  }
+}
+
 Result<> FlightWriter::finish(FlightManifest manifest) {
   CYCLOPS_TRY(messages_.close());
   CYCLOPS_TRY(frames_.close());
-  manifest.files.clear();
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(*part_, error))
-    if (entry.is_regular_file() && entry.path().filename() != kManifest)
-      manifest.files[entry.path().filename().string()] = static_cast<std::int64_t>(entry.file_size());
-  CYCLOPS_TRY(write_whole(path(kManifest), to_toml(manifest)));
-  CYCLOPS_TRY(to_disk(*part_));
+  CYCLOPS_TRY(write_manifest(*part_, std::move(manifest)));
   // Between these two steps there is no flight of this name; the old one waits under ".old".
+  std::error_code error;
   const std::string old = folder_ + ".old";
   fs::remove_all(old, error);
   const bool there = std::rename(folder_.c_str(), old.c_str()) == 0;
@@ -201,6 +185,7 @@ Result<FlightReader> FlightReader::open(const std::string& folder) {
   root.read("origin", m.origin);
   root.read("source", m.source);
   root.require("frames", m.frames);
+  root.read("pixels", m.pixels);
   root.read("first_frame_ns", m.first_frame_ns);
   root.read("last_frame_ns", m.last_frame_ns);
   root.read_in("nav_every_n", 1, 1000000, m.nav_every_n);
@@ -215,12 +200,12 @@ Result<FlightReader> FlightReader::open(const std::string& folder) {
     return make_error(ErrorCode::kNotFound, done.error().where, "file is missing from the folder");
   }
   CYCLOPS_TRY(r.check());
-  auto messages = record::EventLog::open(r.path("messages.lcm"));
-  if (!messages.ok()) return messages.error();
-  auto frames = record::EventLog::open(r.path("frames.lcm"));
-  if (!frames.ok()) return frames.error();
-  r.messages_ = std::move(messages).value();
-  r.frames_ = std::move(frames).value();
+  for (const auto& [name, logs] : {std::pair{"messages", &r.messages_}, std::pair{"frames", &r.frames_}})
+    for (const std::string& part : log_parts(folder, name)) {
+      auto log = record::EventLog::open(part);
+      if (!log.ok()) return log.error();
+      logs->push_back(std::move(log).value());
+    }
   CYCLOPS_TRY(r.index_frames());
   return r;
 }
@@ -241,36 +226,63 @@ Result<> FlightReader::check() {
 
 Result<> FlightReader::index_frames() {
   std::uint32_t bytes = 0;
-  while (true) {
-    auto more = frames_.skim(scratch_, bytes);
-    if (!more.ok()) return more.error();
-    if (!*more) break;
-    frame_offset_.push_back(scratch_.offset);
-  }
-  if (static_cast<std::int64_t>(frame_offset_.size()) != manifest_.frames)
-    return make_error(ErrorCode::kCorrupt, path("frames.lcm"), "holds " + std::to_string(frame_offset_.size()) + " frames, expected " + std::to_string(manifest_.frames) + " by manifest.toml");
+  for (std::size_t part = 0; part < frames_.size(); ++part)
+    while (true) {
+      auto more = frames_[part].skim(scratch_, bytes);
+      if (!more.ok()) return more.error();
+      if (!*more) break;
+      if (scratch_.channel != channel::kSeal) places_.push_back({scratch_.number, part, scratch_.offset});
+    }
+  std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.number < b.number; });
+  const std::int64_t expected = manifest_.pixels >= 0 ? manifest_.pixels : manifest_.frames;
+  if (static_cast<std::int64_t>(places_.size()) != expected)
+    return make_error(ErrorCode::kCorrupt, path("frames.lcm"), "holds " + std::to_string(places_.size()) + " frames, expected " + std::to_string(expected) + " by manifest.toml");
   return Ok{};
 }
 
-Result<bool> FlightReader::next(record::LogEvent& event) { return messages_.next(event); }
-Result<> FlightReader::rewind() { return messages_.seek(0); }
+const FlightReader::Place* FlightReader::find(std::int64_t number) const {
+  const auto it = std::lower_bound(places_.begin(), places_.end(), number, [](const Place& p, std::int64_t n) { return p.number < n; });
+  return it != places_.end() && it->number == number ? &*it : nullptr;
+}
+
+Result<bool> FlightReader::next_of(record::LogEvent& event, std::uint32_t* skimmed_bytes) {
+  for (; at_part_ < messages_.size(); ++at_part_) {
+    record::EventLog& log = messages_[at_part_];
+    auto more = skimmed_bytes != nullptr ? log.skim(event, *skimmed_bytes) : log.next(event);
+    if (!more.ok() || *more) return more;
+    if (at_part_ + 1 == messages_.size()) break;
+    CYCLOPS_TRY(messages_[at_part_ + 1].seek(0));
+  }
+  return false;
+}
+
+Result<bool> FlightReader::next(record::LogEvent& event) { return next_of(event, nullptr); }
+
+Result<> FlightReader::rewind() {
+  at_part_ = 0;
+  return messages_[0].seek(0);
+}
 
 Result<> FlightReader::seek(Time arrival) {
-  CYCLOPS_TRY(messages_.seek(0));
+  CYCLOPS_TRY(rewind());
   std::uint32_t bytes = 0;
   while (true) {
-    auto more = messages_.skim(scratch_, bytes);
+    auto more = next_of(scratch_, &bytes);
     if (!more.ok()) return more.error();
-    if (!*more || scratch_.time_us >= arrival.ns / kMicro) return messages_.seek(*more ? scratch_.offset : messages_.size());
+    if (!*more) return messages_[at_part_].seek(messages_[at_part_].size());
+    if (scratch_.time_us >= arrival.ns / kMicro) return messages_[at_part_].seek(scratch_.offset);
   }
 }
 
 Result<> FlightReader::frame(std::int64_t number, std::vector<std::uint8_t>& memory, FlightFrame& out) {
-  if (number < 0 || number >= static_cast<std::int64_t>(frame_offset_.size()))
-    return make_error(ErrorCode::kInvalid, path("frames.lcm"), "has no event " + std::to_string(number) + ", expected 0 to " + std::to_string(static_cast<std::int64_t>(frame_offset_.size()) - 1));
-  CYCLOPS_TRY(frames_.seek(frame_offset_[static_cast<std::size_t>(number)]));
+  const Place* place = find(number);
+  if (place == nullptr)
+    return make_error(ErrorCode::kInvalid, path("frames.lcm"),
+                      "has no event " + std::to_string(number) + (places_.empty() ? ", and no other" : ", expected " + std::to_string(places_.front().number) + " to " + std::to_string(places_.back().number)));
+  record::EventLog& log = frames_[place->part];
+  CYCLOPS_TRY(log.seek(place->offset));
   scratch_.data.swap(memory);
-  auto more = frames_.next(scratch_);
+  auto more = log.next(scratch_);
   scratch_.data.swap(memory);
   if (!more.ok()) return more.error();
   const auto view = decode_frame_data(memory.data(), memory.size());
@@ -281,7 +293,8 @@ Result<> FlightReader::frame(std::int64_t number, std::vector<std::uint8_t>& mem
   out.status = view->status;
   out.missing = view->missing;
   out.image = {view->pixels.data(), view->width, view->height, view->width * bytes_per_pixel(view->format), view->format};
-  if (!view->aligned()) {  // an odd row mask in front of 16-bit pixels
+  if (out.status == FrameStatus::kMissing) out.image.data = nullptr;
+  else if (!view->aligned()) {  // an odd row mask in front of 16-bit pixels
     std::memmove(memory.data(), view->pixels.data(), view->pixels.size());
     out.image.data = memory.data();
   }

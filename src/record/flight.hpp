@@ -1,6 +1,7 @@
 #pragma once
 /// Flights: folders that hold everything a camera, a strobe and two aircraft said, bit for bit (docs/architecture.md).
 ///
+/// Either log may be split into parts (log_stream.hpp); they are read as one. Event numbers of frames are those in the log.
 /// A folder is a flight when its manifest is there and agrees with the files; the manifest is written last. A writer works in
 /// a folder beside it, `<folder>.part`, that takes the flight's name when all of it is on the disk: half a flight is never
 /// taken for one, and an old one stays until then. A writer that is dropped unfinished removes its part folder.
@@ -25,12 +26,18 @@ struct FlightManifest {
   std::string origin{"generated"};    ///< generated, imported or recorded
   std::string source;                 ///< what made it, with seed
   std::int64_t frames{0};
+  std::int64_t pixels{-1};            ///< frames whose pixels are there; below 0: all of them
   std::int64_t first_frame_ns{0};     ///< mid-exposure, service clock
   std::int64_t last_frame_ns{0};
   int nav_every_n{1};                 ///< frames between the navigation updates the source marks; 1: every frame
   bool has_truth{false};
   std::map<std::string, std::int64_t> files;  ///< size in bytes
 };
+
+/// Writes manifest.toml with the sizes of the files that are in the folder, and brings both to the disk.
+Result<> write_manifest(const std::string& folder, FlightManifest manifest);
+/// NAME.lcm and, as far as they go on without a gap, NAME.001.lcm ...
+[[nodiscard]] std::vector<std::string> log_parts(const std::string& folder, const std::string& name);
 
 /// Pixels of one frame of a flight, and what the camera said with them.
 struct FlightFrame {
@@ -78,17 +85,27 @@ class FlightReader {
   Result<> rewind();
   /// To the first message at or after the arrival time; linear in the size of the log.
   Result<> seek(Time arrival);
+  /// False: the frame's pixels were not recorded.
+  [[nodiscard]] bool has_frame(std::int64_t number) const { return find(number) != nullptr; }
   /// `number`: recorded_at of the frame's index message. `image` points into `memory`, which is used again.
   Result<> frame(std::int64_t number, std::vector<std::uint8_t>& memory, FlightFrame& out);
 
  private:
+  struct Place {
+    std::int64_t number{0};
+    std::size_t part{0};
+    std::int64_t offset{0};
+  };
   Result<> check();
   Result<> index_frames();
+  Result<bool> next_of(record::LogEvent& event, std::uint32_t* skimmed_bytes);
+  [[nodiscard]] const Place* find(std::int64_t number) const;
   std::string folder_;
   FlightManifest manifest_;
-  record::EventLog messages_;
-  record::EventLog frames_;
-  std::vector<std::int64_t> frame_offset_;
+  std::vector<record::EventLog> messages_;
+  std::size_t at_part_{0};             // of messages_
+  std::vector<record::EventLog> frames_;
+  std::vector<Place> places_;          // by number
   record::LogEvent scratch_;
 };
 

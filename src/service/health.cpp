@@ -77,6 +77,18 @@ void add_counters(health_t& out, const Pipeline::State& s, const ChainCounts& c,
   add(out, "service.events_lost", s.events.lost());
 }
 
+void add_counters(health_t& out, const RecordCounts& r) {
+  add(out, "record.frames", r.frames);
+  add(out, "record.lost.queue_full", r.frames_queue_full);
+  add(out, "record.lost.disk_full", r.frames_disk_full);
+  add(out, "record.lost.disk_error", r.frames_disk_error);
+  add(out, "record.inputs", r.inputs);
+  add(out, "record.inputs_lost", r.inputs_lost);
+  add(out, "record.published", r.published);
+  add(out, "record.published_lost", r.published_lost);
+  add(out, "record.frame_megabytes", r.bytes >> 20);
+}
+
 }  // namespace
 
 void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& c, const ChainCounts& before, const CameraCounters& camera,
@@ -115,11 +127,13 @@ void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& c, 
   out.latency_ms_p50 = milliseconds(s.latency_recent.quantile(0.5));
   out.latency_ms_p99 = milliseconds(s.latency_recent.quantile(0.99));
   out.latency_ms_max = milliseconds(s.latency_recent.max());
-  out.disk_left_min = -1;
+  const RecordCounts record = s.recorder ? s.recorder->counts() : RecordCounts{};
+  out.disk_left_min = record.disk_left_min;
   double load[1] = {0};
   out.load = getloadavg(load, 1) == 1 ? static_cast<float>(load[0]) : -1.0F;
   out.temperature_c = hottest_c();
   add_counters(out, s, c, camera, strobe, link);
+  if (record.on) add_counters(out, record);
   out.n_alarms = 0;
   out.alarms.clear();
   if (out.state == health_t::NO_CAMERA) out.alarms.emplace_back("camera is silent");

@@ -4,12 +4,15 @@
 #include <type_traits>
 #include <variant>
 
+#include "base/static_vector.hpp"
 #include "capture/camera_source.hpp"
 #include "capture/strobe_source.hpp"
 #include "msg/strobe.hpp"
 #include "msg/tspi.hpp"
 
 namespace cyclops {
+
+inline constexpr std::size_t kMaxTspiBytes = 256;
 
 struct TimedFrame {
   CameraFrame frame;
@@ -20,7 +23,8 @@ struct AcquisitionStarted {
 };
 struct ArrivedTspi {
   TspiReport report{};
-  Time arrival{};                ///< service clock
+  Time arrival{};                ///< host steady clock, whole us: what a record can hold
+  StaticVector<std::uint8_t, kMaxTspiBytes> bytes{};  ///< as it came
 };
 struct Idle {};                  ///< the camera has been silent: nothing more comes for what waits
 

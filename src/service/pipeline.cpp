@@ -61,7 +61,7 @@ void Pipeline::State::offer(Input&& input) {
 Pipeline::Pipeline(Rig rig, Profile profile, ServiceOptions options)
     : s_(std::make_unique<State>(std::move(rig), std::move(profile), std::move(options))) {}
 
-Pipeline::~Pipeline() { stop(); }
+Pipeline::~Pipeline() { (void)stop().ok(); }
 
 Result<> Pipeline::start() {
   State& s = *s_;
@@ -76,6 +76,14 @@ Result<> Pipeline::start() {
   for (const char* name : {channel::kTspiReceiver, channel::kTspiTanker})
     lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, name, on_lcm_tspi, &s), 256);
   lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kTimeMark, on_lcm_mark, &s), 64);
+  lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kMark, on_mark, &s), 16);
+  if (!s.options.record.folder.empty()) {
+    // Frames that wait for the disk must not be missing in the camera's pool.
+    s.rig.device.buffers = std::min(64, s.rig.device.buffers + static_cast<int>(Recorder::kFramePlaces));
+    auto recorder = Recorder::start(s.options.record, s.rig, s.profile.name, s.options.profile_path, s.strobe_clock, s.events);
+    if (!recorder.ok()) return recorder.error();
+    s.recorder = std::move(recorder).value();
+  }
   s.started_ns = host_now_ns();
   s.publish_thread = std::thread(&State::run_publish, &s);
   s.chain_thread = std::thread(&State::run_chain, &s);
@@ -90,18 +98,22 @@ Result<> Pipeline::start() {
   return Ok{};
 }
 
-void Pipeline::stop() {
+Result<> Pipeline::stop() {
   State& s = *s_;
-  if (s.stopping.exchange(true)) return;
+  if (s.stopping.exchange(true)) return Ok{};
   for (std::thread* t : {&s.camera_thread, &s.strobe_thread, &s.link_thread})
     if (t->joinable()) t->join();
   s.inputs.close();
   if (s.chain_thread.joinable()) s.chain_thread.join();
   s.ready.close();
   if (s.publish_thread.joinable()) s.publish_thread.join();
+  const Result<> recorded = s.recorder ? s.recorder->stop() : Result<>(Ok{});
+  if (s.recorder) s.record_counts = s.recorder->counts();
+  s.recorder.reset();
   s.camera.reset();
   if (s.lcm != nullptr) lcm_destroy(s.lcm);
   s.lcm = nullptr;
+  return recorded;
 }
 
 std::uint64_t Pipeline::frames() const { return s_->frames.load(); }
@@ -141,6 +153,9 @@ std::string Pipeline::summary() const {
   j["latency_ms"] = quantiles(s.latency, 1e-6);
   for (std::size_t i = 0; i < kStages; ++i) j["stage_us"][to_string(static_cast<Stage>(i))] = quantiles(s.stage[i], 1e-3);
   j["stage_us"]["chain"] = quantiles(s.chain_time, 1e-3);
+  if (const RecordCounts& r = s.record_counts; r.on)
+    j["record"] = {{"frames", r.frames}, {"frames_lost_by_cause", {{"queue_full", r.frames_queue_full}, {"disk_full", r.frames_disk_full}, {"disk_error", r.frames_disk_error}}},
+                   {"inputs", r.inputs}, {"inputs_lost", r.inputs_lost}, {"published", r.published}, {"published_lost", r.published_lost}, {"frame_bytes", r.bytes}};
   j["publish_failed"] = s.publish_failed;
   j["events_lost"] = s.events.lost();
   j["queue_high_water"] = {{"inputs", s.inputs.high_water()}, {"ready", s.ready.high_water()}};

@@ -8,6 +8,7 @@
 ///   chain      the queue                       timesync, nav, chain                    one period
 ///   publish    a finished frame, or 200 ms     LCM messages, thumbnails, HEALTH        none
 ///
+/// and, when a sortie is recorded, the three of recorder.hpp.
 /// camera, strobe and link feed one bounded queue; its order alone decides the results. chain hands whole FrameOutputs to
 /// publish and gets them back; nothing is shared in between. Every queue counts what it refuses.
 /// Errors  start(): what cannot be had at all (LCM, strobe line). A missing camera is no error: it is waited for.
@@ -17,6 +18,7 @@
 
 #include "base/result.hpp"
 #include "service/profile.hpp"
+#include "service/record_options.hpp"
 #include "service/rig.hpp"
 
 namespace cyclops {
@@ -25,6 +27,8 @@ struct ServiceOptions {
   std::string lcm_url;              ///< empty: LCM_DEFAULT_URL, else LCM's own default with ttl 0
   double thumbnail_hz{1};           ///< 0: none
   double idle_flush_s{0.5};         ///< a camera silent for so long: waiting frames go on with what there is
+  RecordOptions record{};           ///< nothing is recorded unless a folder is given
+  std::string profile_path;         ///< for the record; empty: the built-in profile
 };
 
 class Pipeline {
@@ -32,7 +36,8 @@ class Pipeline {
   Pipeline(Rig rig, Profile profile, ServiceOptions options);
   ~Pipeline();
   Result<> start();
-  void stop();                      ///< finishes what is in the queues, then joins every thread
+  /// Finishes what is in the queues, then joins every thread. Error: the record did not become a flight.
+  Result<> stop();
   /// Figures of the whole run as JSON text; after stop().
   [[nodiscard]] std::string summary() const;
   [[nodiscard]] std::uint64_t frames() const;        ///< through the chain so far

@@ -14,6 +14,7 @@
 #include "service/inputs.hpp"
 #include "service/pipeline.hpp"
 #include "service/publisher.hpp"
+#include "service/recorder.hpp"
 
 namespace cyclops {
 
@@ -22,7 +23,9 @@ namespace cyclops {
 struct Finished {                            ///< one frame on its way to the network
   FrameOutput out{};
   std::optional<GpsTime> t_mid_gps{};
-  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail is wanted
+  std::optional<CameraFrame> pixels{};       ///< only when a thumbnail or a record is wanted
+  bool thumbnail{false};
+  std::int64_t number{-1};                   ///< of the pixels in the record
   std::int64_t complete_ns{0};
 };
 
@@ -54,6 +57,7 @@ struct Pipeline::State {
   std::unique_ptr<StrobeSource> strobe;
   bool strobe_clock{false};                  ///< arrivals come from the strobe source
   std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
+  std::unique_ptr<Recorder> recorder;        ///< null: nothing is recorded; dies before the camera
   lcm_t* lcm{nullptr};
 
   BoundedQueue<Input> inputs{512};
@@ -73,6 +77,7 @@ struct Pipeline::State {
   FrameFacts facts{};
   std::uint64_t publish_failed{0};
   std::int64_t started_ns{0};
+  RecordCounts record_counts{};              ///< after the end
 
   std::thread camera_thread, strobe_thread, link_thread, chain_thread, publish_thread;
 
@@ -89,6 +94,7 @@ struct Pipeline::State {
 };
 
 void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* channel, void* state);
+void on_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
 void on_lcm_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
 
 /// HEALTH from what is known; `window_s` is the time since the counters in `before` were taken.

@@ -4,7 +4,7 @@ namespace cyclops {
 
 Publisher::Publisher(const Rig& rig, MessageSink& sink) : rig_(rig), sink_(sink), buffer_(kMaxMessageBytes) {}
 
-void Publisher::frame(const FrameOutput& out, std::optional<GpsTime> t_mid_gps, std::span<const std::uint8_t> thumbnail) {
+void Publisher::frame(const FrameOutput& out, std::optional<GpsTime> t_mid_gps, std::span<const std::uint8_t> thumbnail, RecordedAt recorded) {
   const FrameInfo& info = out.in.frame;
   const Time t = info.t_mid;
   FrameIndex index;
@@ -13,6 +13,8 @@ void Publisher::frame(const FrameOutput& out, std::optional<GpsTime> t_mid_gps, 
   index.width = rig_.camera.intrinsics().width;
   index.height = rig_.camera.intrinsics().height;
   index.thumbnail_jpeg = thumbnail;
+  index.recorded_in = recorded.in;
+  index.recorded_at = recorded.at;
   fill(box_.frame, index);
   put(t, channel::kFrame, box_.frame);
 

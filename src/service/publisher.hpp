@@ -14,11 +14,17 @@
 
 namespace cyclops {
 
+/// Where a frame's pixels are kept; nowhere by default.
+struct RecordedAt {
+  std::string_view in{};
+  std::int64_t at{-1};
+};
+
 class Publisher {
  public:
   Publisher(const Rig& rig, MessageSink& sink);
   /// `t_mid_gps`: empty when the relation of the clocks is unknown. `thumbnail`: JPEG or empty.
-  void frame(const FrameOutput& out, std::optional<GpsTime> t_mid_gps, std::span<const std::uint8_t> thumbnail);
+  void frame(const FrameOutput& out, std::optional<GpsTime> t_mid_gps, std::span<const std::uint8_t> thumbnail, RecordedAt recorded = {});
   template <class Message>
   bool put(Time t, const char* name, const Message& message) {
     const Encoded bytes = encode_into(message, buffer_);

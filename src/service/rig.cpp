@@ -37,7 +37,10 @@ void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& w
   t.read_in("p2", -1.0, 1.0, k.p2);
   t.read_in("k3", -1000.0, 1000.0, k.k3);
   t.read("windscreen", windscreen);
-  if (!windscreen.empty()) windscreen = file.resolve(windscreen);
+  if (!windscreen.empty()) {
+    rig.files.push_back({windscreen, file.resolve(windscreen)});
+    windscreen = rig.files.back().path;
+  }
   rig.device.width_px = k.width;
   rig.device.height_px = k.height;
   rig.camera = Camera(k, {});
@@ -99,7 +102,8 @@ Result<Rig> Rig::load(const std::string& path) {
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  auto loaded = TankerModel::load(file->resolve(model), metres, ins, survey_m);
+  rig.files.push_back({model, file->resolve(model)});
+  auto loaded = TankerModel::load(rig.files.back().path, metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
   if (!windscreen.empty()) {

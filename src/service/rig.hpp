@@ -1,6 +1,7 @@
 #pragma once
 /// The rig: camera, mount, tanker, strobe and clocks of one installation, from rig.toml (docs/architecture.md).
 #include <string>
+#include <vector>
 
 #include "base/config.hpp"
 #include "capture/camera_config.hpp"
@@ -14,8 +15,15 @@
 
 namespace cyclops {
 
+/// A file that rig.toml names.
+struct RigFile {
+  std::string as_written;
+  std::string path;
+};
+
 struct Rig {
   std::string path;                    ///< of the file
+  std::vector<RigFile> files;          ///< that it names
   CameraConfig device{};               ///< the camera as a device
   Camera camera{};                     ///< the camera as optics
   MountAngles mount_angles{};

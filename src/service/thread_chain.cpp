@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "service/pipeline_state.hpp"
+#include "service/recorded_front.hpp"
 
 namespace cyclops {
 namespace {
@@ -11,7 +12,8 @@ constexpr std::size_t kArrivals = 64;
 /// All state of the thread. The order of handle() calls alone decides what comes out.
 class ChainThread {
  public:
-  explicit ChainThread(Pipeline::State& s) : s_(s), front_(s.rig.stamper, s.rig.gps, s.profile.nav, s.rig.nav), chain_(s.rig, s.profile) {
+  explicit ChainThread(Pipeline::State& s)
+      : s_(s), front_(Front(s.rig.stamper, s.rig.gps, s.profile.nav, s.rig.nav), s.recorder.get(), s.strobe_clock, host_now_ns), chain_(s.rig, s.profile) {
     thumbnail_every_ns_ = s.options.thumbnail_hz > 0 ? static_cast<std::int64_t>(1e9 / s.options.thumbnail_hz) : 0;
   }
 
@@ -51,10 +53,10 @@ class ChainThread {
     release_known();
   }
   void handle(TimeMark&& mark) {
-    if (front_.push(mark)) s_.events.post(mark.t, EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(front_.gps().offset().ns) + " ns");
+    if (front_.push(mark)) s_.events.post(mark.t, EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(front_.front().gps().offset().ns) + " ns");
   }
   void handle(ArrivedTspi&& tspi) {
-    const TspiVerdict verdict = front_.push(tspi.report, tspi.arrival);
+    const TspiVerdict verdict = front_.push(tspi);
     if (verdict == TspiVerdict::kPass) return;
     const auto a = static_cast<std::size_t>(tspi.report.aircraft);
     const std::uint64_t count = ++guarded_[a];
@@ -129,7 +131,7 @@ class ChainThread {
     const FrameInfo info = frame.frame.info;
     const std::size_t place = put(std::move(frame));
     if (place == WaitingRoom::kPlaces) return;
-    if (front_.push(info, place)) return drain();
+    if (front_.push(info, place, number_[place])) return drain();
     (void)room_.take(place);
     ++counts_.front_refused;
   }
@@ -140,7 +142,8 @@ class ChainThread {
   }
 
   void step(const AlignedFrame& ready) {
-    TimedFrame pixels = room_.take(static_cast<std::size_t>(ready.token));
+    const auto place = static_cast<std::size_t>(ready.token);
+    TimedFrame pixels = room_.take(place);
     std::unique_ptr<Finished> slot;
     while (!slot) {
       auto spare = s_.spare.pop(Duration::from_seconds(1));
@@ -150,13 +153,13 @@ class ChainThread {
     frame.frame.seq = ++counts_.frames;
     const bool partial = frame.frame.status == FrameStatus::kPartial;
     chain_.step(frame, pixels.frame.image, partial ? &pixels.frame.missing : nullptr, slot->out);
-    slot->t_mid_gps = front_.gps_time(frame.frame.t_mid);
+    slot->t_mid_gps = front_.front().gps_time(frame.frame.t_mid);
     slot->complete_ns = pixels.complete_ns;
     slot->pixels.reset();
-    if (thumbnail_every_ns_ > 0 && pixels.frame.image.data != nullptr && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_)) {
-      next_thumbnail_ = frame.frame.t_mid + Duration{thumbnail_every_ns_};
-      slot->pixels.emplace(std::move(pixels.frame));
-    }
+    slot->number = number_[place];
+    slot->thumbnail = thumbnail_every_ns_ > 0 && pixels.frame.image.data != nullptr && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_);
+    if (slot->thumbnail) next_thumbnail_ = frame.frame.t_mid + Duration{thumbnail_every_ns_};
+    if (slot->thumbnail || s_.recorder) slot->pixels.emplace(std::move(pixels.frame));
     count(slot->out);
     s_.frames = counts_.frames;
     CYCLOPS_ASSERT(s_.ready.try_push(std::move(slot)));  // as many places as slots
@@ -169,16 +172,17 @@ class ChainThread {
   }
 
   void publish_counts() {
-    counts_.stamp = front_.stamper().counters();
-    counts_.aligner = front_.aligner().counters();
+    const Front& front = front_.front();
+    counts_.stamp = front.stamper().counters();
+    counts_.aligner = front.aligner().counters();
     for (int a = 0; a < 2; ++a) {
-      const TspiBuffer& buffer = front_.aligner().navigator().buffer(static_cast<Aircraft>(a));
+      const TspiBuffer& buffer = front.aligner().navigator().buffer(static_cast<Aircraft>(a));
       counts_.tspi[a] = buffer.counters();
       counts_.has_tspi[a] = buffer.size() > 0;
       if (counts_.has_tspi[a]) counts_.newest_tspi[a] = buffer.newest().t;
     }
-    counts_.gps = front_.gps().counters();
-    counts_.front = front_.counters();
+    counts_.gps = front.gps().counters();
+    counts_.front = front.counters();
     counts_.track = chain_.track_counters();
     counts_.associate = chain_.associate_counters();
     const std::lock_guard lock(s_.counts_mutex);
@@ -187,11 +191,12 @@ class ChainThread {
   }
 
   Pipeline::State& s_;
-  Front front_;
+  RecordedFront front_;
   Chain chain_;
   WaitingRoom room_;
   StaticVector<std::size_t, 8> held_{};
   std::array<FrameInfo, WaitingRoom::kPlaces> held_info_{};
+  std::array<std::int64_t, WaitingRoom::kPlaces> number_{};   // in the record, by place
   StaticVector<FrameArrival, kArrivals> arrivals_{};
   Time newest_edge_{INT64_MIN};
   ChainCounts counts_{};

@@ -56,9 +56,24 @@ FrameFacts facts_of(const FrameOutput& out) {
   return f;
 }
 
+/// The network, and the record of what was said on it.
+class NetworkSink : public MessageSink {
+ public:
+  NetworkSink(lcm_t* lcm, Recorder* recorder) : lcm_(lcm), recorder_(recorder) {}
+  bool put(Time t, const char* channel, const void* data, std::size_t bytes) override {
+    const bool sent = lcm_.put(t, channel, data, bytes);
+    if (recorder_ != nullptr) recorder_->published(channel, data, bytes);
+    return sent;
+  }
+
+ private:
+  LcmSink lcm_;
+  Recorder* recorder_;
+};
+
 class PublishThread {
  public:
-  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm), publisher_(s.rig, sink_) { jpeg_.reserve(1 << 16); }
+  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm, s.recorder.get()), publisher_(s.rig, sink_) { jpeg_.reserve(1 << 16); }
 
   void run() {
     std::int64_t next_health = host_now_ns();
@@ -79,11 +94,9 @@ class PublishThread {
  private:
   void publish(std::unique_ptr<Finished> f) {
     jpeg_.clear();
-    if (f->pixels) {
-      thumbnail(f->pixels->image, jpeg_);
-      f->pixels.reset();
-    }
-    publisher_.frame(f->out, f->t_mid_gps, jpeg_);
+    if (f->thumbnail) thumbnail(f->pixels->image, jpeg_);
+    const bool kept = s_.recorder && s_.recorder->has_room();
+    publisher_.frame(f->out, f->t_mid_gps, jpeg_, kept ? RecordedAt{"frames.lcm", f->number} : RecordedAt{});
     const Duration latency{host_now_ns() - f->complete_ns};
     s_.latency.add(latency);
     s_.latency_recent.add(latency);
@@ -96,6 +109,8 @@ class PublishThread {
         s_.events.post(t, EventLevel::kWarning, "align", "nav.contradicted", "TSPI disagrees with where the tanker is seen; measurements go on from the picture");
       else s_.events.post(t, EventLevel::kRecovery, "align", "nav.agrees", "TSPI and picture agree again");
     }
+    if (s_.recorder && f->pixels) s_.recorder->pixels(std::move(*f->pixels), f->number, f->out.in.frame.t_mid);
+    f->pixels.reset();
     s_.facts = facts_of(f->out);
     CYCLOPS_ASSERT(s_.spare.try_push(std::move(f)));
   }
@@ -142,7 +157,7 @@ class PublishThread {
   }
 
   Pipeline::State& s_;
-  LcmSink sink_;
+  NetworkSink sink_;
   Publisher publisher_;
   std::vector<std::uint8_t> jpeg_;
   event_t event_{};

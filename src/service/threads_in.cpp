@@ -1,5 +1,6 @@
 // The threads that bring things in: camera, strobe, link.
 #include <chrono>
+#include <cstring>
 
 #include "base/log.hpp"
 #include "service/pipeline_state.hpp"
@@ -96,8 +97,12 @@ void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* name, void* state) {
     ++counts.received;
     if (!report.ok()) refused = ++counts.refused;
   }
-  if (report.ok()) s.offer(ArrivedTspi{*report, Time{host_now_ns()}});
-  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(refused));
+  if (report.ok()) {
+    ArrivedTspi tspi{*report, Time{host_now_ns() / 1000 * 1000}, {}};
+    tspi.bytes.resize(buffer->data_size);
+    std::memcpy(tspi.bytes.begin(), buffer->data, buffer->data_size);
+    s.offer(std::move(tspi));
+  } else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(refused));
 }
 
 void on_lcm_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
@@ -105,6 +110,13 @@ void on_lcm_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
   auto mark = decode_time_mark(buffer->data, buffer->data_size);
   if (mark.ok()) s.offer(TimeMark(mark->mark));
   else s.events.post(s.service_now(), EventLevel::kWarning, "link", "time_mark.refused", mark.error().message());
+}
+
+void on_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
+  auto& s = *static_cast<Pipeline::State*>(state);
+  const auto mark = decode_mark(buffer->data, buffer->data_size);
+  if (mark.ok()) s.events.post(s.service_now(), EventLevel::kMark, "mark", "mark", std::string(mark->text), mark->seq);
+  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "mark.refused", mark.error().message());
 }
 
 void Pipeline::State::run_link() {

@@ -18,6 +18,9 @@ inline constexpr const char* kTrack = "TRACK";                 // track_set_t, o
 inline constexpr const char* kMeasurement = "MEASUREMENT";     // measurement_set_t, out
 inline constexpr const char* kHealth = "HEALTH";               // health_t, out
 inline constexpr const char* kEvent = "EVENT";                 // event_t, out
+inline constexpr const char* kAcquisition = "ACQUISITION";     // acquisition_t, only in files
+inline constexpr const char* kSeal = "SEAL";                   // seal_t, only in files
+inline constexpr const char* kMark = "CYCLOPS_MARK";           // mark_t, in
 inline constexpr const char* kTruth = "TRUTH";                 // truth_t, only in files
 
 [[nodiscard]] constexpr const char* tspi(Aircraft aircraft) {

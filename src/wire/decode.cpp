@@ -1,10 +1,15 @@
 #include "wire/decode.hpp"
 
+#include <cyclops/acquisition_t.hpp>
 #include <cyclops/event_t.hpp>
+#include <cyclops/mark_t.hpp>
+#include <cyclops/seal_t.hpp>
 #include <cyclops/strobe_edge_t.hpp>
 #include <cyclops/time_mark_t.hpp>
 #include <cyclops/truth_t.hpp>
 #include <cyclops/tspi_t.hpp>
+
+#include <algorithm>
 
 #include "wire/channels.hpp"
 #include "wire/reader.hpp"
@@ -128,6 +133,41 @@ Result<> decode_truth(const void* data, std::size_t size, Truth& out) {
   in.finish();
   if (!in.ok()) return in.error();
   return Ok{};
+}
+
+Result<Acquisition> decode_acquisition(const void* data, std::size_t size) {
+  Reader in = open<acquisition_t>(channel::kAcquisition, data, size);
+  Acquisition out;
+  out.t = {in.get<std::int64_t>("service_time_ns")};
+  if (out.t.ns != INT64_MIN && (out.t.ns < -kMaxTime_ns || out.t.ns > kMaxTime_ns))
+    in.fail(ErrorCode::kInvalid, "service_time_ns", "is " + std::to_string(out.t.ns) + ", expected a time or the least int64");
+  out.what = static_cast<AcquisitionChange>(in.small<std::int8_t>("what", acquisition_t::STARTED, acquisition_t::SILENT));
+  in.finish();
+  if (!in.ok()) return in.error();
+  return out;
+}
+
+Result<Mark> decode_mark(const void* data, std::size_t size) {
+  Reader in = open<mark_t>(channel::kMark, data, size);
+  Mark out;
+  out.seq = in.get<std::int32_t>("seq");
+  out.text = in.text("text", Mark::kMaxText);
+  in.finish();
+  const auto unprintable = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+  if (in.ok() && std::any_of(out.text.begin(), out.text.end(), unprintable)) in.fail(ErrorCode::kInvalid, "text", "holds a control character");
+  if (!in.ok()) return in.error();
+  return out;
+}
+
+Result<Seal> decode_seal(const void* data, std::size_t size) {
+  Reader in = open<seal_t>(channel::kSeal, data, size);
+  Seal out;
+  out.from = in.whole("from_byte", 0, kMaxTime_ns);
+  out.to = in.whole("to_byte", 0, kMaxTime_ns);
+  out.sum = static_cast<std::uint64_t>(in.get<std::int64_t>("xxh3"));
+  in.finish();
+  if (!in.ok()) return in.error();
+  return out;
 }
 
 Result<Event> decode_event(const void* data, std::size_t size) {

@@ -43,6 +43,9 @@ struct SourcedMark {
 [[nodiscard]] Result<FrameIndex> decode_frame_index(const void* data, std::size_t size);
 [[nodiscard]] Result<FrameDataView> decode_frame_data(const void* data, std::size_t size);
 [[nodiscard]] Result<> decode_truth(const void* data, std::size_t size, Truth& out);
+[[nodiscard]] Result<Acquisition> decode_acquisition(const void* data, std::size_t size);
+[[nodiscard]] Result<Mark> decode_mark(const void* data, std::size_t size);
+[[nodiscard]] Result<Seal> decode_seal(const void* data, std::size_t size);
 [[nodiscard]] Result<Event> decode_event(const void* data, std::size_t size);
 
 }  // namespace cyclops

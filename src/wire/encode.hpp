@@ -4,12 +4,15 @@
 /// `fill` overwrites every field of a message that the caller keeps from frame to frame; with the messages of an Outbox
 /// that never takes memory from the heap. Meaning, unit and frame of each field: lcmtypes/*.lcm and docs/icd.md.
 /// Threads  one at a time for one message. Errors: none in `fill`; an Encoded without data when the room is too small.
+#include <cyclops/acquisition_t.hpp>
 #include <cyclops/corner_set_t.hpp>
 #include <cyclops/event_t.hpp>
 #include <cyclops/frame_index_t.hpp>
+#include <cyclops/mark_t.hpp>
 #include <cyclops/measurement_set_t.hpp>
 #include <cyclops/nav_state_t.hpp>
 #include <cyclops/prediction_set_t.hpp>
+#include <cyclops/seal_t.hpp>
 #include <cyclops/strobe_edge_t.hpp>
 #include <cyclops/subimage_set_t.hpp>
 #include <cyclops/time_mark_t.hpp>
@@ -43,6 +46,9 @@ void fill(tspi_t& out, const TspiReport& report);
 void fill(strobe_edge_t& out, const LineEdge& edge);
 void fill(time_mark_t& out, const TimeMark& mark, MarkSource source);
 void fill(truth_t& out, const Truth& truth);
+void fill(acquisition_t& out, const Acquisition& change);
+void fill(mark_t& out, const Mark& mark);
+void fill(seal_t& out, const Seal& seal);
 
 /// One message of each kind with room for the largest set.
 struct Outbox {
@@ -78,5 +84,8 @@ template <class Message>
 /// FRAME_DATA straight from the pixels, without a message object in between.
 [[nodiscard]] Encoded encode_into(const FrameDataView& frame, std::span<std::uint8_t> buffer);
 [[nodiscard]] std::size_t encoded_size(const FrameDataView& frame);
+/// All of FRAME_DATA in front of the pixels, which are its last bytes; at most kMaxFrameHeadBytes.
+[[nodiscard]] Encoded encode_head_into(const FrameDataView& frame, std::span<std::uint8_t> buffer);
+inline constexpr std::size_t kMaxFrameHeadBytes = 64 + kMaxImageSide / 8;
 
 }  // namespace cyclops

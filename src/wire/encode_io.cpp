@@ -37,10 +37,6 @@ class Writer {
     const auto bits = static_cast<std::uint64_t>(value);
     for (int shift = 8 * static_cast<int>(sizeof(T)) - 8; shift >= 0; shift -= 8) *at_++ = static_cast<std::uint8_t>(bits >> shift);
   }
-  void bytes(const std::uint8_t* from, std::size_t n) {
-    if (n != 0) std::memcpy(at_, from, n);
-    at_ += n;
-  }
 
  private:
   std::uint8_t* at_;
@@ -108,6 +104,22 @@ void fill(time_mark_t& out, const TimeMark& mark, MarkSource source) {
   out.source = code(source);
 }
 
+void fill(acquisition_t& out, const Acquisition& change) {
+  out.service_time_ns = change.t.ns;
+  out.what = code(change.what);
+}
+
+void fill(mark_t& out, const Mark& mark) {
+  out.seq = mark.seq;
+  out.text.assign(mark.text);
+}
+
+void fill(seal_t& out, const Seal& seal) {
+  out.from_byte = seal.from;
+  out.to_byte = seal.to;
+  out.xxh3 = static_cast<std::int64_t>(seal.sum);
+}
+
 void fill(truth_t& out, const Truth& truth) {
   out.camera_frame_id = static_cast<std::int64_t>(truth.camera_frame_id);
   out.mid_exposure_ns = truth.t_mid.ns;
@@ -143,8 +155,8 @@ void fill(truth_t& out, const Truth& truth) {
 
 std::size_t encoded_size(const FrameDataView& f) { return kFrameDataFixed + mask_bytes(f) + f.pixels.size(); }
 
-Encoded encode_into(const FrameDataView& f, std::span<std::uint8_t> buffer) {
-  const std::size_t need = encoded_size(f), mask = mask_bytes(f);
+Encoded encode_head_into(const FrameDataView& f, std::span<std::uint8_t> buffer) {
+  const std::size_t need = encoded_size(f) - f.pixels.size(), mask = mask_bytes(f);
   if (need > buffer.size()) return {};
   Writer out(buffer.data());
   out.put(frame_data_t::getHash());
@@ -158,7 +170,14 @@ Encoded encode_into(const FrameDataView& f, std::span<std::uint8_t> buffer) {
   out.put(static_cast<std::int32_t>(mask));
   for (std::size_t b = 0; b < mask; ++b) out.put(static_cast<std::uint8_t>(f.missing.bits[b / 8] >> (8 * (b % 8))));
   out.put(static_cast<std::int32_t>(f.pixels.size()));
-  out.bytes(f.pixels.data(), f.pixels.size());
+  return {buffer.data(), need};
+}
+
+Encoded encode_into(const FrameDataView& f, std::span<std::uint8_t> buffer) {
+  const std::size_t need = encoded_size(f);
+  if (need > buffer.size()) return {};
+  const Encoded head = encode_head_into(f, buffer);
+  if (!f.pixels.empty()) std::memcpy(buffer.data() + head.size, f.pixels.data(), f.pixels.size());
   return {buffer.data(), need};
 }
 

@@ -71,6 +71,27 @@ struct Truth {
   StaticVector<TruthPoint, kMaxFeatures> points{};
 };
 
+/// What the camera's stream did between two inputs.
+enum class AcquisitionChange : std::uint8_t { kStarted, kSilent };
+struct Acquisition {
+  AcquisitionChange what{AcquisitionChange::kStarted};
+  Time t{};                                       ///< kStarted: edges before it are of an earlier one; the least time: all count
+};
+
+/// A moment somebody marked.
+struct Mark {
+  static constexpr std::size_t kMaxText = 200;
+  std::int32_t seq{0};
+  std::string_view text{};                        ///< printable
+};
+
+/// Checksum over bytes [from, to) of a log.
+struct Seal {
+  std::int64_t from{0};
+  std::int64_t to{0};
+  std::uint64_t sum{0};
+};
+
 enum class EventLevel : std::uint8_t { kInfo, kWarning, kFault, kRecovery, kMark };
 struct Event {
   Time t{};

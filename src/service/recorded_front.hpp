@@ -1,0 +1,66 @@
+#pragma once
+/// The front, and beside it the record of what went into it, in that order: replayed, it gives the same bits.
+///
+/// A report's arrival is in whole microseconds, as a log keeps it. On a bench whose strobe source has its own clock, arrivals
+/// are on that clock too: the time of the newest edge or frame.
+/// Threads  one at a time. Memory: none a call.
+#include <cstdlib>
+
+#include "service/front.hpp"
+#include "service/recorder.hpp"
+
+namespace cyclops {
+
+class RecordedFront {
+ public:
+  /// `recorder` may be null. `host_now`: CLOCK_MONOTONIC; not asked on a bench with its own clock.
+  RecordedFront(Front front, Recorder* recorder, bool own_clock, std::int64_t (*host_now)())
+      : front_(std::move(front)), recorder_(recorder), own_clock_(own_clock), host_now_(host_now) {}
+
+  void restart(Time start) {
+    front_.restart(start);
+    if (recorder_ != nullptr) recorder_->acquisition(now(), {AcquisitionChange::kStarted, start});
+  }
+  void flush() {
+    front_.flush();
+    if (recorder_ != nullptr) recorder_->acquisition(now(), {AcquisitionChange::kSilent, {}});
+  }
+  void push(const StrobeEdge& edge) {
+    see(edge.t);
+    front_.push(edge);
+    if (recorder_ != nullptr) recorder_->edge(now(), edge);
+  }
+  bool push(const TimeMark& mark) {
+    if (recorder_ != nullptr) recorder_->mark(now(), mark);
+    return front_.push(mark);
+  }
+  TspiVerdict push(const ArrivedTspi& tspi) {
+    const Time arrival = own_clock_ ? now() : tspi.arrival;
+    if (recorder_ != nullptr) recorder_->tspi(tspi, arrival);
+    return front_.push(tspi.report, arrival);
+  }
+  /// False: not taken, and not recorded. `number` is the frame's in the record; -1 without one.
+  [[nodiscard]] bool push(const FrameInfo& frame, std::uint64_t token, std::int64_t& number) {
+    see(frame.t_arrival);
+    if (!front_.push(frame, token)) return false;
+    number = recorder_ != nullptr ? recorder_->frame(now(), frame) : -1;
+    return true;
+  }
+  [[nodiscard]] bool pop(AlignedFrame& out) { return front_.pop(out); }
+  [[nodiscard]] const Front& front() const { return front_; }
+
+ private:
+  /// A clock of a bench goes on, unless it was set.
+  void see(Time t) {
+    if (t > seen_ || seen_ - t > Duration::from_seconds(1)) seen_ = t;
+  }
+  [[nodiscard]] Time now() const { return Time{(own_clock_ ? seen_.ns : host_now_()) / 1000 * 1000}; }
+
+  Front front_;
+  Recorder* recorder_;
+  bool own_clock_;
+  std::int64_t (*host_now_)();
+  Time seen_{};
+};
+
+}  // namespace cyclops
