@@ -117,7 +117,8 @@ bool Replayer::State::not_exposed(const FrameInfo& info) {
 
 /// After a jump of the flight the camera's clock runs on from where it was.
 std::int64_t Replayer::State::camera_tick(std::int64_t tick_ns) {
-  if (jumped && last_tick_ns != 0) tick_shift_ns = last_tick_ns + tick_step_ns - tick_ns;
+  if (tick_jumped && last_tick_ns != 0) tick_shift_ns = last_tick_ns + tick_step_ns - tick_ns;
+  tick_jumped = false;
   const std::int64_t tick = tick_ns + tick_shift_ns;
   if (last_tick_ns != 0) tick_step_ns = tick - last_tick_ns;
   last_tick_ns = tick;

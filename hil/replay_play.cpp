@@ -75,7 +75,7 @@ Result<bool> Replayer::State::jump(record::LogEvent& e) {
   const std::int64_t arrival = e.time_us * 1000;
   if (last_exposure_ns != 0) shift_ns = last_exposure_ns + rig.device.period().ns - arrival;
   anchor(arrival);
-  jumped = true;
+  jumped = tick_jumped = true;
   return true;
 }
 

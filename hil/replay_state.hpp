@@ -82,6 +82,7 @@ struct Replayer::State {
   std::int64_t shift_ns{0};                    // added to every stamp
   std::uint64_t id_base{0};                    // flight's frame number that is block 1
   bool id_known{false}, jumped{false};
+  bool tick_jumped{false};                     // by a seek or a loop: the camera's clock knows nothing of it
   std::uint64_t last_block{0};
   std::int64_t first_arrival_ns{0};
   std::int64_t last_arrival_ns{0};             // shifted

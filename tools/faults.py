@@ -34,7 +34,10 @@ def script_of(row, path, onset_s, duration_s):
         return json.dumps(v) if isinstance(v, (str, bool)) else repr(v)
     lines = ["seed = 7"]
     for fault in row.get("fault", []):
-        lines += ["[[fault]]"] + [f"{k} = {word(v)}" for k, v in ({"onset_s": onset_s, "duration_s": duration_s} | fault).items()]
+        fault = {"onset_s": onset_s, "duration_s": duration_s} | fault
+        if fault.get("folder") == "DISK":
+            fault["folder"] = os.path.abspath(os.path.join(os.path.dirname(path), "disk"))
+        lines += ["[[fault]]"] + [f"{k} = {word(v)}" for k, v in fault.items()]
     with open(path, "w") as file:
         file.write("\n".join(lines) + "\n")
 
@@ -47,9 +50,13 @@ def fly(build, flight, out, row, table):
     script_of(row, script, table["onset_s"], table["duration_s"])
     options = ["--faults", script, "--sent", os.path.join(out, "sent.csv"), "--seconds", str(table["seconds"]), "--quiet"]
     env = os.environ | {"CYCLOPS_IDLE_S": str(row.get("idle_s", 2))}
+    command = ["hil/rig.sh", build, flight, out, "-", "1"] + options
+    if "disk_mb" in row:  # the service records onto a disk of its own
+        env |= {"RECORD": "yes", "RECORD_IN": os.path.join(out, "disk"), "RECORD_OPTIONS": row.get("record_options", "")}
+        command = ["hil/disk.sh", os.path.join(out, "disk"), str(row["disk_mb"])] + command
     with open(os.path.join(out, "rig.log"), "w") as log:
-        done = subprocess.run(["hil/rig.sh", build, flight, out, "-", "1"] + options, cwd=ROOT, env=env, stdout=log, stderr=subprocess.STDOUT)
-    if done.returncode == 0:
+        done = subprocess.run(command, cwd=ROOT, env=env, stdout=log, stderr=subprocess.STDOUT)
+    if done.returncode == 0 or done.returncode == row.get("exit_code", 0):
         return ""
     with open(os.path.join(out, "rig.log")) as log:
         return f"rig ended with {done.returncode}: " + " | ".join(log.read().split("\n")[-4:])
@@ -119,6 +126,9 @@ def main():
     print(fault_page.line({"name": "none", "figures": reference, "why": [crashed] if crashed else [], "notice": []}), flush=True)
     for row in rows:
         row["limit"] = table["limit"] | row.get("limit", {})
+        if "disk_mb" in row and os.geteuid() != 0:
+            print(f"{row['name']}: not tried, a disk of its own needs root")
+            continue
         out = os.path.join(a.out, row["name"].replace(" ", "_").replace("%", "pc").replace(",", ""))
         crashed = fly(a.build, a.flight, out, row, table)
         run = fault_judge.load(out, truth, types)

@@ -52,6 +52,7 @@ class RecordedFront {
  private:
   /// A clock of a bench goes on, unless it was set.
   void see(Time t) {
+    if (t.ns == 0) return;  // an arrival that is not known
     if (t > seen_ || seen_ - t > Duration::from_seconds(1)) seen_ = t;
   }
   [[nodiscard]] Time now() const { return Time{(own_clock_ ? seen_.ns : host_now_()) / 1000 * 1000}; }
