@@ -151,7 +151,7 @@ def notices(run, reference, begin_ns, end_ns):
             for a in h.alarms:
                 out.setdefault(a, h.service_time_ns)
     for name, series in run.counters.items():
-        if name in ("capture.complete", "time.edges", "chain.consensus", "capture.starts") or name.endswith(".received"):
+        if name in ("capture.complete", "time.edges", "chain.consensus", "capture.starts", "record.frames", "record.inputs", "record.published", "record.frame_megabytes") or name.endswith(".received"):
             continue
         before = [v for t, v in series if t < begin_ns]
         base = before[-1] if before else 0

@@ -17,7 +17,7 @@ def cells(r):
     if f["frames_unaccounted"]:
         lost += f" ({f['frames_unaccounted']} uncounted)"
     return (r["name"], noticed, recovered, lost, f"{f['measurements_lost_percent']:.1f}", f"{f['wrong']} of {f['measurements']}", str(f["wrong_times"]),
-            str(f["frames_other_clock"]), "pass" if not r["why"] else "FAIL: " + "; ".join(r["why"]))
+            str(f["frames_other_clock"]), ("pass" if not r["why"] else "FAIL: " + "; ".join(r["why"])) + (f" (try {r['tries']})" if r.get("tries", 1) > 1 else ""))
 
 
 WIDTHS = (30, 52, 9, 12, 7, 13, 6, 6)

@@ -3,6 +3,7 @@
 
 Plays a flight through the whole rig once for each row of the table (config/faults/table.toml), each time with another fault, and
 measures on the logs what the service noticed, how soon it was well again, what was lost and what was wrong (docs/faults.md).
+A row that fails while the bench itself was more than LATE_MS late is flown again, at most TRIES times in all.
 Prints the table and writes OUT/faults.json, .md and .html; ends with 1 when a row fails. --relaxed: no limits on time, for
 machines that are busy with other things.
 """
@@ -19,7 +20,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 import fault_judge
 import fault_page
 
-LIMITS = ("noticed_s", "recovered_s", "lost_percent", "wrong_percent")
+LATE_MS, TRIES = 100, 3  # a bench that was itself later than this proves nothing against the service: the row is flown again
 
 
 def types_of(build):
@@ -130,12 +131,15 @@ def main():
             print(f"{row['name']}: not tried, a disk of its own needs root")
             continue
         out = os.path.join(a.out, row["name"].replace(" ", "_").replace("%", "pc").replace(",", ""))
-        crashed = fly(a.build, a.flight, out, row, table)
-        run = fault_judge.load(out, truth, types)
-        run.crashed = crashed
-        f = fault_judge.figures(run, reference_run, usual)
-        result = {"name": row["name"], "fault": row["fault"], "notice": row.get("notice", []), "limit": row["limit"], "figures": f,
-                  "why": verdict(row, f, a.relaxed)}
+        for tries in range(1, TRIES + 1):
+            crashed = fly(a.build, a.flight, out, row, table)
+            run = fault_judge.load(out, truth, types)
+            run.crashed = crashed
+            f = fault_judge.figures(run, reference_run, usual)
+            result = {"name": row["name"], "fault": row["fault"], "notice": row.get("notice", []), "limit": row["limit"], "figures": f,
+                      "why": verdict(row, f, a.relaxed), "tries": tries}
+            if not result["why"] or (f["late_ms"] < LATE_MS and f["struck"] > 0):
+                break
         results.append(result)
         print(fault_page.line(result), flush=True)
     failed = [r for r in results if r["why"]]
