@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""faults.py BUILD [--table FILE] [--flight DIR] [--out DIR] [--only WORD,WORD] [--relaxed] [--reference-runs N]
+"""faults.py BUILD [--table FILE] [--flight DIR] [--out DIR] [--only WORD,WORD] [--relaxed]
 
 Plays a flight through the whole rig once for each row of the table (config/faults/table.toml), each time with another fault, and
 measures on the logs what the service noticed, how soon it was well again, what was lost and what was wrong (docs/faults.md).

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""soak.py BUILD [--minutes N] [--fps N] [--seed N] [--flight DIR] [--out DIR] [--quiet-faults]
+"""soak.py BUILD [--minutes N] [--fps N] [--seed N] [--flight DIR] [--out DIR]
 
 Flies a flight round and round through the whole rig while faults drawn from a seed strike every few seconds, and then asks: is the
 memory of the service flat, are no descriptors left open, does every counter balance (docs/faults.md)? Prints what was found, writes
