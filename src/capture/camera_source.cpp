@@ -68,7 +68,6 @@ void CameraFrame::give_back() {
 struct CameraSource::State {
   explicit State(const CameraConfig& c) : config(c), supervisor(c) {}
   const CameraConfig config;
-  CameraSupervisor supervisor;
   std::unique_ptr<CameraSession> session;  // null while the supervisor works on the next one
   bool announced{false};                   // CameraStarted was given for this session
   FrameNumbers numbers;
@@ -84,6 +83,7 @@ struct CameraSource::State {
   CameraCounters own;                      // capture thread's
   mutable std::mutex mutex;
   CameraCounters published;                // under mutex
+  CameraSupervisor supervisor;             // ends first: it may be reading from the session's camera
 
   [[nodiscard]] Duration patience() const { return config.patience(fruitless); }
 };
