@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   std::string rig_path, profile_path, summary_path;
   ServiceOptions options;
   double exit_when_idle_s = 0;
-  double reserve_mb = 256;
+  double reserve_mb = 256, split_mb = 4096;
   bool verbose = false;
   app.add_option("--rig", rig_path, "rig.toml: camera, mount, tanker, strobe")->required();
   app.add_option("--config", profile_path, "profile; the built-in default when left out");
@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   app.add_option("--record-name", options.record.name, "name of the sortie's folder; the time (UTC) when left out");
   app.add_option("--record-limit", options.record.limit_mbps, "MB/s of pixels at most; 0: no limit")->check(CLI::Range(0.0, 100000.0));
   app.add_option("--record-reserve", reserve_mb, "MB of free disk kept for messages: below it no pixels are recorded")->capture_default_str()->check(CLI::Range(0.0, 1e6));
+  app.add_option("--record-split", split_mb, "MB after which a log goes on in a new file")->capture_default_str()->check(CLI::Range(1.0, 1e6));
   app.add_flag("-v,--verbose", verbose, "more words in the log");
   CLI11_PARSE(app, argc, argv);
   sigset_t signals;
@@ -60,6 +61,7 @@ int main(int argc, char** argv) {
   }
   options.profile_path = profile_path;
   options.record.reserve_bytes = static_cast<std::int64_t>(reserve_mb * 1024 * 1024);
+  options.record.split_bytes = static_cast<std::int64_t>(split_mb * 1024 * 1024);
   (void)mlockall(MCL_CURRENT | MCL_FUTURE);       // wanted in flight, not needed on a bench without the right
 
   Pipeline pipeline(std::move(rig).value(), profile, options);

@@ -40,6 +40,31 @@ void try_strobe(const std::uint8_t* data, std::size_t size) {
   must(again(m) == std::vector<std::uint8_t>(data, data + size));
 }
 
+void try_acquisition(const std::uint8_t* data, std::size_t size) {
+  const auto r = decode_acquisition(data, size);
+  if (!r.ok()) return;
+  acquisition_t m;
+  fill(m, *r);
+  must(again(m) == std::vector<std::uint8_t>(data, data + size));
+}
+
+void try_note(const std::uint8_t* data, std::size_t size) {
+  const auto r = decode_mark(data, size);
+  if (!r.ok()) return;
+  must(r->text.size() <= Mark::kMaxText);
+  mark_t m;
+  fill(m, *r);
+  must(again(m) == std::vector<std::uint8_t>(data, data + size));
+}
+
+void try_seal(const std::uint8_t* data, std::size_t size) {
+  const auto r = decode_seal(data, size);
+  if (!r.ok()) return;
+  seal_t m;
+  fill(m, *r);
+  must(again(m) == std::vector<std::uint8_t>(data, data + size));
+}
+
 void try_mark(const std::uint8_t* data, std::size_t size) {
   const auto r = decode_time_mark(data, size);
   if (!r.ok()) return;
@@ -87,7 +112,7 @@ void try_event(const std::uint8_t* data, std::size_t size) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::uint8_t* rest = data + 1;
-  switch (data[0] % 8) {
+  switch (data[0] % 11) {
     case 0: try_tspi(rest, size - 1, Aircraft::kReceiver); break;
     case 1: try_tspi(rest, size - 1, Aircraft::kTanker); break;
     case 2: try_strobe(rest, size - 1); break;
@@ -95,6 +120,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 4: try_frame(rest, size - 1); break;
     case 5: try_frame_data(rest, size - 1); break;
     case 6: try_truth(rest, size - 1); break;
+    case 7: try_acquisition(rest, size - 1); break;
+    case 8: try_note(rest, size - 1); break;
+    case 9: try_seal(rest, size - 1); break;
     default: try_event(rest, size - 1); break;
   }
   return 0;

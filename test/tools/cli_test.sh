@@ -31,6 +31,8 @@ rig "$work/gpio" 'width_px = 320'
 sed -i 's/"none"/"gpio"\nchip = "no-such-chip"/' "$work/gpio/rig.toml"
 printf '[nav]\nmax_weight_ms = 3\n' >"$work/profile.toml"
 mkdir "$work/unfinished"; touch "$work/unfinished/messages.lcm" "$work/unfinished/frames.lcm"
+cp -r "$work/unfinished" "$work/died"; touch "$work/died/published.lcm"
+printf 'format = "cyclops-sortie-1"\nname = "died"\n[sha256]\n' >"$work/died/sortie.toml"
 printf 'no log' >"$work/noise.lcm"; touch "$work/empty.lcm"
 
 version=$(cat VERSION)
@@ -71,6 +73,12 @@ expect 1 "$work/nowhere.lcm: No such file" cyclops-log info "$work/nowhere.lcm"
 expect 1 "$work/noise.lcm: byte 0: the file ends inside an event" cyclops-log info "$work/noise.lcm"
 expect 1 "$work/noise.lcm: byte 0" cyclops-log diff "$work/noise.lcm" "$work/noise.lcm"
 expect 1 "$work/noise.lcm: byte 0" cyclops-log csv "$work/noise.lcm" "$work/x.csv"
+expect 1 "$work/nowhere: is no sortie and no flight" cyclops-log verify "$work/nowhere"
+expect 2 "the sortie was not finished" cyclops-log verify "$work/died"
+expect 1 "$work/unfinished: is no sortie" cyclops-log recover "$work/unfinished" "$work/new"
+expect 1 "$work/nowhere: is no flight" cyclops-log cut "$work/nowhere" "$work/new"
+expect 1 "holds no published.lcm" cyclops-log export "$work/nowhere" --nav "$work/n.csv"
+expect other "--record-limit" cyclops --rig "$work/good/rig.toml" --record "$work" --record-limit -3
 
 # The service without a camera: it waits, and a signal ends it with the code for "no frame".
 timeout -s INT 4 test/in-netns.sh "$b/bin/cyclops" --rig "$work/good/rig.toml" --summary "$work/none.json" >"$work/out" 2>"$work/err"

@@ -83,8 +83,8 @@ replays "$work/slow/sortie"
 
 echo "-- a full disk"
 mkdir "$work/small"
-if mount -t tmpfs -o size=3m none "$work/small"; then
-  RECORD_OPTIONS="--record-reserve 0" fly "$work/flight" "$work/small/live" 1
+if mount -t tmpfs -o size=5m none "$work/small"; then
+  RECORD_OPTIONS="--record-reserve 2.5" fly "$work/flight" "$work/small/live" 1
   cp -r "$work/small/live" "$work/full"; umount "$work/small"
   full=$(value "$work/full/service.json" 's["record"]["frames_lost_by_cause"]["disk_full"]')
   [ "$full" -gt 0 ] && [ "$(value "$work/full/service.json" 's["frames_in_chain"]')" -gt 0 ] || fail "the full disk was not noticed, or tracking ended"

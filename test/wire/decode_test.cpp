@@ -298,5 +298,37 @@ TEST(Decode, UsesNoHeapForAGoodMessage) {
   EXPECT_EQ(guard.count(), 0u);
 }
 
+TEST(DecodeMark, TakesItsTextAndRefusesControlCharactersAndTooMuchOfIt) {
+  mark_t m;
+  fill(m, Mark{7, "boom in contact"});
+  const auto good = test::bytes_of(m);
+  const auto mark = decode_mark(good.data(), good.size());
+  ASSERT_TRUE(mark.ok()) << mark.error().message();
+  EXPECT_EQ(mark->seq, 7);
+  EXPECT_EQ(mark->text, "boom in contact");
+  fill(m, Mark{7, "two\nlines"});
+  const auto lines = test::bytes_of(m);
+  test::expect_error(decode_mark(lines.data(), lines.size()), ErrorCode::kInvalid, "CYCLOPS_MARK: text holds a control character");
+  const std::string much(Mark::kMaxText + 1, 'x');
+  fill(m, Mark{7, much});
+  const auto too_much = test::bytes_of(m);
+  EXPECT_FALSE(decode_mark(too_much.data(), too_much.size()).ok());
+}
+
+TEST(DecodeAcquisition, TakesTheLeastTimeAndRefusesOneThatCannotBe) {
+  acquisition_t m;
+  for (const std::int64_t t : {INT64_MIN, std::int64_t{-5}, kMaxTime_ns}) {
+    fill(m, Acquisition{AcquisitionChange::kSilent, Time{t}});
+    const auto bytes = test::bytes_of(m);
+    const auto a = decode_acquisition(bytes.data(), bytes.size());
+    ASSERT_TRUE(a.ok()) << t;
+    EXPECT_EQ(a->t.ns, t);
+    EXPECT_EQ(a->what, AcquisitionChange::kSilent);
+  }
+  fill(m, Acquisition{AcquisitionChange::kStarted, Time{INT64_MIN + 1}});
+  const auto bytes = test::bytes_of(m);
+  EXPECT_FALSE(decode_acquisition(bytes.data(), bytes.size()).ok());
+}
+
 }  // namespace
 }  // namespace cyclops

@@ -31,9 +31,16 @@ std::vector<Bytes> corpus() {
   fill(truth, test::good_truth());
   event_t event;
   fill(event, test::good_event());
+  acquisition_t acquisition;
+  fill(acquisition, Acquisition{AcquisitionChange::kStarted, Time{INT64_MIN}});
+  mark_t note;
+  fill(note, Mark{3, "contact"});
+  seal_t seal;
+  fill(seal, Seal{0, 1000, ~std::uint64_t{0}});
   return {selected(1, test::bytes_of(test::good_tspi())), selected(2, test::bytes_of(strobe)), selected(3, test::bytes_of(mark)),
           selected(4, test::bytes_of(frame)), selected(5, test::frame_data_bytes(test::good_frame_data(pixels))),
-          selected(6, test::bytes_of(truth)), selected(7, test::bytes_of(event))};
+          selected(6, test::bytes_of(truth)), selected(10, test::bytes_of(event)),
+          selected(7, test::bytes_of(acquisition)), selected(8, test::bytes_of(note)), selected(9, test::bytes_of(seal))};
 }
 
 /// Cut, stretched, or with some bytes changed; seldom in the fingerprint, which would end the matter at once.
