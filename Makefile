@@ -47,13 +47,15 @@ LDLIBS += $(DEPS_LIBS)
 #   src/**/*.cpp            libcyclops.a      src/service/cyclops_main.cpp   bin/cyclops
 #   hil/**/*.cpp            libhil.a          {hil,tools}/NAME_main.cpp      bin/cyclops-NAME
 #   test/<mirror>/*_test.cpp  unit tests      test/integration/*_test.cpp    tests in their own network namespace
+#   test/gpio/*_test.cpp    on a real kernel's GPIO chip
 #   test/bench/*_bench.cpp  bin/bench         test/fuzz/NAME_fuzz.cpp        bin/fuzz-NAME (clang)
 MAINS     := $(wildcard src/service/*_main.cpp hil/*_main.cpp tools/*_main.cpp)
 LIB_SRC   := $(filter-out %_main.cpp,$(shell find src -name '*.cpp'))
 HIL_SRC   := $(filter-out %_main.cpp,$(shell find hil -name '*.cpp'))
 TOOL_SRC  := $(filter-out %_main.cpp,$(wildcard tools/*.cpp))
-UNIT_SRC  := $(filter-out test/integration/% test/bench/% test/fuzz/%,$(shell find test -name '*_test.cpp'))
+UNIT_SRC  := $(filter-out test/integration/% test/gpio/% test/bench/% test/fuzz/%,$(shell find test -name '*_test.cpp'))
 INTEG_SRC := $(wildcard test/integration/*_test.cpp)
+GPIO_SRC  := $(wildcard test/gpio/*_test.cpp)
 BENCH_SRC := test/bench/bench_main.cpp $(wildcard test/bench/*_bench.cpp)
 FUZZ_SRC  := $(wildcard test/fuzz/*_fuzz.cpp)
 LCM_SRC   := $(wildcard lcmtypes/*.lcm)
@@ -118,9 +120,11 @@ $(B)/test/unit-tests: $(call objects,$(UNIT_SRC)) $(call objects,test/support.cp
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
+$(B)/test/gpio-tests: $(call objects,$(GPIO_SRC)) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lopencv_calib3d -lopencv_video -lopencv_features2d -o $@
--include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp))
+-include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(GPIO_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
 SCENARIO ?= config/scenarios/s1.toml
@@ -166,6 +170,10 @@ unit: $(B)/test/unit-tests ## unit and property tests only
 	@$(B)/test/unit-tests --gtest_brief=1
 integration: all $(B)/test/integration-tests ## tests over real GVSP packets and LCM multicast
 	@test/in-netns.sh $(B)/test/integration-tests --gtest_brief=1
+.PHONY: gpio
+gpio: $(B)/bin/cyclops $(B)/bin/cyclops-replay $(B)/bin/cyclops-flight $(B)/test/gpio-tests ## strobe and PPS on a real kernel's GPIO chip, in a virtual machine (some minutes, 700 MB)
+	@tools/deps.sh --extra gpio
+	@test/gpio/run.sh $(B)
 bench: $(B)/bin/bench ## time per stage beside OpenCV, in one run
 	@$(B)/bin/bench $(BENCH)
 .PHONY: callgrind

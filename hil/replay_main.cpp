@@ -59,6 +59,9 @@ int main(int argc, char** argv) {
   app.add_option("--sent", options.sent_path, "CSV of every frame sent");
   app.add_option("--lcm", options.lcm_url, "LCM URL; LCM_DEFAULT_URL when left out");
   app.add_option("--address", options.address, "IPv4 to serve on; the rig's when left out");
+  auto* sim = app.add_option("--gpio-sim", options.gpio_sim, "folder of a gpio-sim chip (tools/gpio_sim.sh makes one): strobe edges are pulses there");
+  app.add_option("--gpio-strobe", options.gpio_strobe_line, "its line for the strobe")->capture_default_str()->check(CLI::Range(0, 4095))->needs(sim);
+  app.add_option("--gpio-pps", options.gpio_pps_line, "its line for PPS, pulsed at each time mark; none when left out")->check(CLI::Range(0, 4095))->needs(sim);
   app.add_option("--wait", wait_s, "seconds to wait for a client")->capture_default_str()->check(CLI::Range(0.1, 3600.0));
   app.add_option("--summary", summary_path, "figures as JSON");
   app.add_flag("-q,--quiet", quiet, "no progress");

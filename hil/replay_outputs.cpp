@@ -89,7 +89,7 @@ void Replayer::State::after(Duration delay, std::function<void()> send) {
 
 void Replayer::State::edge(const record::LogEvent& e) {
   const auto decoded = decode_strobe_edge(e.data.data(), e.data.size());
-  if (!decoded.ok() || !strobe) return;
+  if (!decoded.ok() || !has_strobe()) return;
   const bool pps = decoded->line != StrobeLine::kStrobe;
   if (!pps && !exposes()) {  // a camera that does not expose has no strobe
     unexposed.push_back(decoded->edge.t);
@@ -99,12 +99,32 @@ void Replayer::State::edge(const record::LogEvent& e) {
   StrobeEdge out = decoded->edge;
   out.t = out.t + Duration{shift_ns};
   if (shift_ns != 0) out.line_seq = -1;  // after a jump the numbers of the flight say nothing any more
-  if (pps) return strobe->send(out, static_cast<std::uint32_t>(-1));
+  if (pps) {
+    if (strobe) strobe->send(out, static_cast<std::uint32_t>(rig.pps.line));
+    return;
+  }
   // Another exposure about the same middle begins earlier or later by half the difference.
   out.t = out.t + Duration::from_seconds((1 - exposure_factor()) * rig.device.exposure_us * 0.5e-6);
   input_faults.strobe(out, edges);
-  for (const Delayed<StrobeEdge>& d : edges)
-    after(d.later, [this, edge = d.item] { strobe->send(edge, static_cast<std::uint32_t>(rig.strobe.line)); });
+  for (const Delayed<StrobeEdge>& d : edges) after(d.later, [this, edge = d.item] { put_edge(edge); });
+}
+
+/// A simulated line is stamped by the kernel, now; the socket carries the flight's own stamp.
+void Replayer::State::put_edge(const StrobeEdge& out) {
+  if (strobe_line) strobe_line->pulse();
+  else strobe->send(out, static_cast<std::uint32_t>(rig.strobe.line));
+}
+
+Result<> Replayer::State::open_lines() {
+  if (speed != 1) return make_error(ErrorCode::kInvalid, "--speed", "is " + std::to_string(speed) + ", expected 1 beside --gpio-sim: edges are stamped by this host's clock");
+  auto line = GpioSimLine::open(options.gpio_sim, options.gpio_strobe_line);
+  if (!line.ok()) return line.error();
+  strobe_line = std::move(line).value();
+  if (options.gpio_pps_line < 0) return Ok{};
+  line = GpioSimLine::open(options.gpio_sim, options.gpio_pps_line);
+  if (!line.ok()) return line.error();
+  pps_line = std::move(line).value();
+  return Ok{};
 }
 
 /// True for a frame whose strobe was not sent because the camera did not expose then.
@@ -201,8 +221,11 @@ void Replayer::State::mark(const record::LogEvent& e) {
   time_mark_t m{};
   if (m.decode(e.data.data(), 0, static_cast<int>(e.data.size())) < 0) return publish(e.channel, e.data);
   m.gps_time_ns += shift_ns;
-  m.service_time_ns += shift_ns;
-  if (const auto kept = input_faults.mark(m)) publish_message(e.channel, *kept);
+  m.service_time_ns = strobe_line ? due(m.service_time_ns) : m.service_time_ns + shift_ns;
+  const auto kept = input_faults.mark(m);
+  if (!kept) return;
+  if (pps_line) pps_line->pulse();
+  publish_message(e.channel, *kept);
 }
 
 Result<> Replayer::State::handle(const record::LogEvent& e) {

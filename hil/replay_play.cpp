@@ -66,7 +66,7 @@ void Replayer::State::wait_answer() {
 /// From here on the flight goes on at another place: its next exposure follows the last one after one period, and the messages
 /// before it are left out.
 Result<bool> Replayer::State::jump(record::LogEvent& e) {
-  const char* const wanted = strobe ? channel::kStrobe : channel::kFrame;
+  const char* const wanted = has_strobe() ? channel::kStrobe : channel::kFrame;
   for (;;) {
     auto more = flight.next(e);
     if (!more.ok() || !*more) return more;
@@ -141,7 +141,7 @@ Result<> Replayer::State::play(const std::function<void(const ReplayProgress&)>&
     if (!fault_error.empty()) return make_error(ErrorCode::kIo, "faults", fault_error);
     CYCLOPS_TRY(handle(event));
     last_arrival_ns = arrival + shift_ns;
-    if (event.channel == (strobe ? channel::kStrobe : channel::kFrame)) last_exposure_ns = last_arrival_ns;
+    if (event.channel == (has_strobe() ? channel::kStrobe : channel::kFrame)) last_exposure_ns = last_arrival_ns;
     played_ns = last_arrival_ns - first_arrival_ns;
     show(progress, arrival, next_progress);
     if (options.most_frames > 0 && handed >= options.most_frames) break;

@@ -14,6 +14,7 @@
 #include "hil/fault_host.hpp"
 #include "hil/fault_inputs.hpp"
 #include "hil/gige_device.hpp"
+#include "hil/gpio_sim.hpp"
 #include "hil/replayer.hpp"
 #include "hil/sent_log.hpp"
 #include "hil/strobe_server.hpp"
@@ -62,6 +63,7 @@ struct Replayer::State {
   std::string fault_error;
   std::unique_ptr<GigeDevice> device;
   std::unique_ptr<StrobeServer> strobe;
+  std::unique_ptr<GpioSimLine> strobe_line, pps_line;
   lcm_t* lcm{nullptr};
   Control control;
 
@@ -108,7 +110,10 @@ struct Replayer::State {
   void send_frames();
   Result<> handle(const record::LogEvent& e);
   Result<> frame(const record::LogEvent& e);
+  Result<> open_lines();
+  [[nodiscard]] bool has_strobe() const { return strobe != nullptr || strobe_line != nullptr; }
   void edge(const record::LogEvent& e);
+  void put_edge(const StrobeEdge& edge);
   void acquisition(const record::LogEvent& e);
   void tspi(const record::LogEvent& e);
   void mark(const record::LogEvent& e);

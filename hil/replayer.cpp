@@ -53,7 +53,9 @@ Result<std::unique_ptr<Replayer>> Replayer::open(const ReplayOptions& options) {
   s.control.paused = options.paused;
   s.control.speed = s.speed = options.speed;
   CYCLOPS_TRY(s.sent_log.open(options.sent_path));
-  if (s.rig.strobe.kind == StrobeKind::kSocket) {
+  if (!options.gpio_sim.empty()) {
+    CYCLOPS_TRY(s.open_lines());
+  } else if (s.rig.strobe.kind == StrobeKind::kSocket) {
     auto server = StrobeServer::open(s.rig.strobe.socket);
     if (!server.ok()) return server.error();
     s.strobe = std::make_unique<StrobeServer>(std::move(server).value());
@@ -114,6 +116,7 @@ void Replayer::quit() {
 nlohmann::json Replayer::summary() const {
   const State& s = *s_;
   const GigeStats g = s.device->stats();
+  const auto pulses = [](const auto& line) { return line ? line->pulses() : 0; };
   const double wall = static_cast<double>(s.wall0_ns) * 1e-9;
   nlohmann::json channels;
   for (const auto& [name, count] : s.channels) channels[name] = {{"offered", count.offered}, {"sent", count.sent}, {"failed", count.failed}};
@@ -132,6 +135,8 @@ nlohmann::json Replayer::summary() const {
           {"seeks", s.seeks},
           {"stalls", s.stalls},
           {"resent_packets", g.resent_packets},
+          {"gpio_pulses", pulses(s.strobe_line)},
+          {"gpio_pps_pulses", pulses(s.pps_line)},
           {"edges", s.strobe ? s.strobe->counters().edges : 0},
           {"edges_without_client", s.strobe ? s.strobe->counters().no_client : 0},
           {"edges_undelivered", s.strobe ? s.strobe->counters().undelivered : 0},

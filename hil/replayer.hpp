@@ -5,6 +5,8 @@
 ///          skipped: what leaves later than `late_after` is counted and the largest lateness kept. The stamps inside the
 ///          messages stay those of the flight; after a seek or a loop all of them move on together, so that no clock goes back.
 /// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured.
+/// GPIO     with `gpio_sim` the service reads its GPIO line as in the aircraft and lives on this host's clock, so only speed 1
+///          will do; the instants of time marks are moved to that clock, and a pause is a step of GPS time.
 /// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps. Those of
 ///          a recorded sortie keep their numbers; frames that were not recorded whole are not sent: they are gaps too.
 /// Faults   of a script strike where they would in flight: in the camera, on the line, on the link, in this machine.
@@ -31,6 +33,9 @@ struct ReplayOptions {
   std::string address;                     ///< empty: that of the rig
   Duration wait_for_client = Duration::from_seconds(30);
   Duration late_after = Duration::from_ms(5);
+  std::string gpio_sim;                    ///< folder of a gpio-sim chip: edges are pulses there, on this host's clock, and marks follow
+  int gpio_strobe_line{17};
+  int gpio_pps_line{-1};                   ///< pulsed at each time mark; -1: none
   int most_ahead{6};
   std::int64_t most_frames{0};             ///< stop after so many; 0: all
   double most_s{0};                        ///< stop after so many seconds of flight played; 0: all

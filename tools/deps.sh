@@ -1,14 +1,14 @@
 #!/bin/bash
 # deps.sh OUT.mk    install the missing packages of tools/packages.txt, then write the libraries' flags to OUT.mk
-# deps.sh --extra   install the extra packages too
+# deps.sh --extra [WORD]   install the extra packages too; only those whose remark has the word
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 
-wanted() { awk -v extra="$1" '!/^#/ && NF { if ($1 == "extra") { if (extra) print $2 } else print $1 }' "$here/packages.txt"; }
+wanted() { awk -v extra="$1" -v word="${2:-}" '!/^#/ && NF { if ($1 == "extra") { if (extra && (word == "" || index($0, word))) print $2 } else print $1 }' "$here/packages.txt"; }
 extra=0; [ "${1:-}" = --extra ] && extra=1
 missing=()
 if command -v dpkg-query >/dev/null; then
-  for p in $(wanted "$([ $extra = 1 ] && echo 1 || true)"); do
+  for p in $(wanted "$([ $extra = 1 ] && echo 1 || true)" "${2:-}"); do
     dpkg-query -W -f '${Status}' "$p" 2>/dev/null | grep -q 'ok installed' || missing+=("$p")
   done
 else

@@ -20,7 +20,7 @@ class Run {
       : flight_(std::move(flight)),
         rig_(rig),
         observe_(observe),
-        front_(rig.stamper, rig.gps, profile.nav, rig.nav),
+        front_(rig.stamper, rig.gps, profile.nav, rig.nav, rig.pps_marks),
         chain_(rig, profile),
         publisher_(rig, sink),
         out_(std::make_unique<FrameOutput>()) {}
@@ -54,6 +54,7 @@ class Run {
       auto r = decode_strobe_edge(e.data.data(), e.data.size());
       if (!r.ok()) return r.error();
       if (r->line == StrobeLine::kStrobe) front_.push(r->edge);
+      else front_.push(PpsEdge{r->edge});
     } else if (e.channel == channel::kTimeMark) {
       auto r = decode_time_mark(e.data.data(), e.data.size());
       if (!r.ok()) return r.error();

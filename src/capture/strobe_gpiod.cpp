@@ -8,37 +8,16 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <string>
 
 #include <gpiod.h>
 
+#include "capture/gpio_error.hpp"
 #include "capture/strobe_source.hpp"
 
 namespace cyclops {
 namespace {
-
-constexpr char kConsumer[] = "cyclops-strobe";
-
-Error gpio_error(const std::string& where, const std::string& what, int number) {
-  const bool absent = number == ENOENT || number == ENODEV || number == ENXIO || number == ENOTTY;
-  std::string text = what + ": " + std::strerror(number);
-  if (number == EBUSY) text += "; another program holds the line";
-  if (number == EACCES || number == EPERM) text += "; this user may not open it (group gpio?)";
-  return make_error(absent ? ErrorCode::kNotFound : ErrorCode::kIo, where, text);
-}
-
-Error no_chip(const std::string& chip, int number) {
-  if (number == EACCES || number == EPERM) return gpio_error(chip, "GPIO chip", number);
-  std::string have;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator("/dev", ignored))
-    if (const std::string name = entry.path().filename().string(); name.starts_with("gpiochip")) have.append(" ").append(name);
-  std::string text = "no GPIO chip of that label, name or path; this machine has";
-  text += have.empty() ? " none" : have;
-  return make_error(ErrorCode::kNotFound, chip, text);
-}
 
 #if CYCLOPS_GPIOD >= 2
 
@@ -85,7 +64,7 @@ class GpioStrobe final : public StrobeSource {
   Result<> open() override {
     status_.connected = false;
     request_.reset();
-    last_seq_ = -1;
+    last_seq_ = 0;   // the kernel counts from 1
     const Chip chip = open_chip(config_.chip);
     if (!chip) return no_chip(config_.chip, errno);
     unsigned int offset = static_cast<unsigned int>(config_.line);
@@ -128,7 +107,7 @@ class GpioStrobe final : public StrobeSource {
     gpiod_line_settings_set_edge_detection(settings.get(), config_.rising ? GPIOD_LINE_EDGE_RISING : GPIOD_LINE_EDGE_FALLING);
     gpiod_line_settings_set_event_clock(settings.get(), GPIOD_LINE_CLOCK_MONOTONIC);
     if (gpiod_line_config_add_line_settings(lines.get(), &offset, 1, settings.get()) != 0) return gpio_error(config_.chip, place(offset), errno);
-    gpiod_request_config_set_consumer(request.get(), kConsumer);
+    gpiod_request_config_set_consumer(request.get(), kGpioConsumer);
     gpiod_request_config_set_event_buffer_size(request.get(), kBuffer);
     request_.reset(gpiod_chip_request_lines(chip, request.get(), lines.get()));
     if (!request_) return gpio_error(config_.chip, place(offset), errno);
@@ -138,7 +117,7 @@ class GpioStrobe final : public StrobeSource {
 
   StrobeEdge take(gpiod_edge_event* e) {
     const auto seq = static_cast<std::int64_t>(gpiod_edge_event_get_line_seqno(e));
-    if (last_seq_ >= 0 && seq > last_seq_ + 1) status_.lost += static_cast<std::uint64_t>(seq - last_seq_ - 1);
+    if (seq > last_seq_ + 1) status_.lost += static_cast<std::uint64_t>(seq - last_seq_ - 1);
     last_seq_ = seq;
     return {Time{static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(e))}, seq, gpiod_edge_event_get_event_type(e) == GPIOD_EDGE_EVENT_RISING_EDGE};
   }
@@ -154,7 +133,7 @@ class GpioStrobe final : public StrobeSource {
   StrobeStatus status_;
   Request request_;
   Events events_;
-  std::int64_t last_seq_{-1};
+  std::int64_t last_seq_{0};
 };
 
 #else
@@ -179,7 +158,7 @@ class GpioStrobe final : public StrobeSource {
     gpiod_line* line = config_.line_name.empty() ? gpiod_chip_get_line(chip_.get(), static_cast<unsigned int>(config_.line))
                                                  : gpiod_chip_find_line(chip_.get(), config_.line_name.c_str());
     if (line == nullptr) return gpio_error(config_.chip, place, errno);
-    const int failed = config_.rising ? gpiod_line_request_rising_edge_events(line, kConsumer) : gpiod_line_request_falling_edge_events(line, kConsumer);
+    const int failed = config_.rising ? gpiod_line_request_rising_edge_events(line, kGpioConsumer) : gpiod_line_request_falling_edge_events(line, kGpioConsumer);
     if (failed != 0) return gpio_error(config_.chip, place, errno);
     line_ = line;
     status_.connected = true;
@@ -228,6 +207,6 @@ class GpioStrobe final : public StrobeSource {
 
 }  // namespace
 
-std::unique_ptr<StrobeSource> make_gpio_strobe(const StrobeConfig& config) { return std::make_unique<GpioStrobe>(config); }
+std::unique_ptr<StrobeSource> make_gpiod_strobe(const StrobeConfig& config) { return std::make_unique<GpioStrobe>(config); }
 
 }  // namespace cyclops

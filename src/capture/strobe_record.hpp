@@ -4,13 +4,12 @@
 /// Shared by the two ends. Host byte order: both run on one machine, or the stamps would be of two clocks.
 #include <cstdint>
 #include <string>
-#include <utility>
 
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <unistd.h>
 
 #include "base/result.hpp"
+#include "capture/fd.hpp"
 
 namespace cyclops {
 
@@ -23,21 +22,6 @@ struct StrobeRecord {
   std::int64_t seq{-1};     ///< number on its line; -1: the sender imitates the old GPIO interface, which has none
 };
 static_assert(sizeof(StrobeRecord) == 24);
-
-/// Owns a file descriptor.
-class Fd {
- public:
-  explicit Fd(int fd = -1) : fd_(fd) {}
-  ~Fd() { reset(); }
-  Fd(Fd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Fd& operator=(Fd&& other) noexcept { std::swap(fd_, other.fd_); return *this; }
-  void reset() { if (fd_ >= 0) ::close(std::exchange(fd_, -1)); }
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] bool open() const { return fd_ >= 0; }
-
- private:
-  int fd_;
-};
 
 struct SocketAddress {
   sockaddr_un address{};

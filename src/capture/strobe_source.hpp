@@ -1,5 +1,5 @@
 #pragma once
-/// Where strobe edges come from: a GPIO line (strobe_gpiod.cpp) or the bench's socket (strobe_socket.cpp).
+/// Where edges of the strobe or of PPS come from: a GPIO line (strobe_uapi.cpp, strobe_gpiod.cpp) or the bench's socket (strobe_socket.cpp).
 ///
 /// Time     edges carry the stamp of the kernel (GPIO) or of the sender (socket) on CLOCK_MONOTONIC, the service clock.
 /// Order    by time, within one opening.
@@ -19,6 +19,7 @@ namespace cyclops {
 
 enum class StrobeKind : std::uint8_t { kGpio, kSocket, kNone };
 
+/// Of one line: the strobe's, or with the same keys that of PPS.
 struct StrobeConfig {
   StrobeKind kind{StrobeKind::kSocket};
   std::string socket{"@cyclops-strobe"};  ///< abstract name, begins with @
@@ -26,10 +27,11 @@ struct StrobeConfig {
   int line{17};                           ///< offset in the chip
   std::string line_name;                  ///< when given, found by name instead of offset
   bool rising{true};                      ///< the edge at the start of the exposure
-  Duration delay{};                       ///< edge later than the start of exposure by this; for timesync
+  Duration delay{};                       ///< edge later than the start of exposure, or of the second, by this; for timesync
+  Duration delay_sigma{20'000};           ///< what is not known of it, 1 sigma
 
-  /// Keys of the rig's [strobe]: source, socket, chip, line, line_name, edge, delay_us.
-  static Result<StrobeConfig> read(ConfigTable& strobe);
+  /// Keys of the rig's [strobe] and [pps]: source, socket, chip, line, line_name, edge, delay_us, delay_sigma_us.
+  static Result<StrobeConfig> read(ConfigTable& line, const StrobeConfig& defaults);
 };
 
 struct StrobeStatus {
@@ -73,7 +75,11 @@ class StrobeSource {
 
 /// Not opened yet. Null for kNone.
 [[nodiscard]] std::unique_ptr<StrobeSource> make_strobe_source(const StrobeConfig& config);
+/// The best way this build and this kernel have: libgpiod 2 if it was built with that, else the kernel's interface v2, else libgpiod 1.6.
+/// Which one is decided when it is opened; `StrobeStatus::numbered` tells it.
 [[nodiscard]] std::unique_ptr<StrobeSource> make_gpio_strobe(const StrobeConfig& config);
+[[nodiscard]] std::unique_ptr<StrobeSource> make_gpiod_strobe(const StrobeConfig& config);   ///< the library alone
+[[nodiscard]] std::unique_ptr<StrobeSource> make_uapi_strobe(const StrobeConfig& config);    ///< interface v2 alone; kUnsupported where there is none
 [[nodiscard]] std::unique_ptr<StrobeSource> make_socket_strobe(const StrobeConfig& config);
 
 }  // namespace cyclops

@@ -12,6 +12,10 @@ struct StrobeEdge {
   bool rising{true};
 };
 
+struct PpsEdge {           ///< an edge of the other line: where a GPS second begins
+  StrobeEdge edge{};
+};
+
 struct TimeMark {
   Time t{};
   GpsTime t_gps{};

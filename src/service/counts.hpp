@@ -22,6 +22,8 @@ struct ChainCounts {
   AlignerCounters aligner{};
   TspiCounters tspi[2]{};
   GpsClockCounters gps{};
+  PpsCounters pps{};
+  ClockState clocks{};
   FrontCounters front{};
   TrackCounters track{};
   AssociateCounters associate{};

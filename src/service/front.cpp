@@ -2,8 +2,17 @@
 
 namespace cyclops {
 
-Front::Front(const FrameStamperConfig& stamper, const GpsClockConfig& gps, const NavConfig& nav, const NavRig& rig)
-    : stamper_(stamper), gps_(gps), aligner_(nav, rig) {}
+namespace {
+
+GpsClockConfig rough(GpsClockConfig config) {
+  config.use_arrival = true;
+  return config;
+}
+
+}  // namespace
+
+Front::Front(const FrameStamperConfig& stamper, const GpsClockConfig& gps, const NavConfig& nav, const NavRig& rig, const PpsConfig& pps)
+    : stamper_(stamper), by_pps_(gps.use_pps), gps_(gps), rough_(rough(gps)), pps_(pps), aligner_(nav, rig) {}
 
 void Front::restart(Time start) {
   stamper_.restart(start);
@@ -16,7 +25,16 @@ void Front::push(const StrobeEdge& edge) {
 }
 
 bool Front::push(const TimeMark& mark) {
-  const bool changed = gps_.on_mark(mark);
+  const bool changed = (by_pps_ ? rough_ : gps_).on_mark(mark);
+  use_early();
+  return changed && !(by_pps_ && gps_.valid());
+}
+
+bool Front::push(const PpsEdge& edge) {
+  if (!by_pps_) return false;
+  const std::optional<TimeMark> mark = pps_.on_edge(edge.edge, gps_time(edge.edge.t));
+  if (!mark) return false;
+  const bool changed = gps_.on_mark(*mark);
   use_early();
   return changed;
 }
@@ -24,8 +42,8 @@ bool Front::push(const TimeMark& mark) {
 TspiVerdict Front::push(const TspiReport& report, Time arrival) {
   const TspiVerdict verdict = guard_[static_cast<std::size_t>(report.aircraft)].check(report, Time{report.t_gps.ns});
   if (verdict != TspiVerdict::kPass) return verdict;
-  gps_.on_arrival(arrival, report.t_gps);
-  if (gps_.valid()) {
+  (by_pps_ ? rough_ : gps_).on_arrival(arrival, report.t_gps);
+  if (gps().valid()) {
     use_early();
     use(report);
   } else if (early_.try_push_back(report)) {
@@ -37,14 +55,37 @@ TspiVerdict Front::push(const TspiReport& report, Time arrival) {
 }
 
 void Front::use_early() {
-  if (!gps_.valid()) return;
+  if (!gps().valid()) return;
   for (const TspiReport& report : early_) use(report);
   early_.clear();
 }
 
 std::optional<GpsTime> Front::gps_time(Time t) const {
-  if (!gps_.valid()) return std::nullopt;
-  return gps_.to_gps(t);
+  if (!gps().valid()) return std::nullopt;
+  return gps().to_gps(t);
+}
+
+ClockState Front::clocks() const {
+  ClockState c;
+  c.t = newest_;
+  c.gps_source = gps().source();
+  if (gps().valid()) {
+    c.gps_offset = gps().offset();
+    c.gps_sigma = gps().sigma_at(newest_);
+    c.gps_age = gps().age_at(newest_);
+    c.gps_drift_ppm = gps().drift_ppm();
+    c.gps_drift_sigma_ppm = gps().drift_sigma_ppm();
+  }
+  const TickLine& line = stamper_.line();
+  c.strobe_locked = stamper_.locked();
+  c.camera_drift_ppm = line.rate_ppm();
+  c.camera_drift_sigma_ppm = line.rate_sigma_ppm();
+  c.edge_scatter_us = line.rms_ns() * 1e-3;
+  if (line.valid()) {
+    c.camera_sigma = line.sigma_at(stamper_.newest_tick_ns());
+    c.camera_age = line.age_at(stamper_.newest_tick_ns());
+  }
+  return c;
 }
 
 bool Front::push(const FrameInfo& frame, std::uint64_t token) {
@@ -68,13 +109,14 @@ bool Front::pop(AlignedFrame& out) {
 
 std::size_t Front::waiting() const { return static_cast<std::size_t>(in_ - out_); }
 
-void Front::use(const TspiReport& report) { aligner_.push(state_from_report(report, gps_.to_service(report.t_gps))); }
+void Front::use(const TspiReport& report) { aligner_.push(state_from_report(report, gps().to_service(report.t_gps))); }
 
 void Front::move_stamped() {
   FrameInfo frame;
   FrameToken token = 0;
   while (stamper_.pop(frame, token)) {
     if (frame.time_source == TimeSource::kUnknown) ++counters_.untimed_frames;
+    else newest_ = frame.t_mid;
     aligner_.push(frame, token);
   }
 }

@@ -91,6 +91,34 @@ void add_counters(health_t& out, const RecordCounts& r) {
 
 }  // namespace
 
+void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus& pps) {
+  const ClockState& c = chain.clocks;
+  const auto us = [](Duration d) { return static_cast<double>(d.ns) * 1e-3; };
+  out.service_time_ns = c.t.ns;
+  out.gps_source = static_cast<std::int8_t>(c.gps_source);
+  out.gps_offset_ns = c.gps_offset.ns;
+  out.gps_drift_ppm = c.gps_drift_ppm;
+  out.gps_drift_sigma_ppm = c.gps_drift_sigma_ppm;
+  out.gps_sigma_us = us(c.gps_sigma);
+  out.gps_age_s = c.gps_age.seconds();
+  out.gps_marks = static_cast<std::int64_t>(chain.gps.marks);
+  out.gps_contradictions = static_cast<std::int64_t>(chain.gps.contradictions);
+  out.gps_relocks = static_cast<std::int64_t>(chain.gps.relocks);
+  out.pps_edges = static_cast<std::int64_t>(chain.pps.edges);
+  out.pps_missed = static_cast<std::int64_t>(chain.pps.missed);
+  out.pps_lost = static_cast<std::int64_t>(pps.lost);
+  out.strobe_locked = c.strobe_locked ? 1 : 0;
+  out.camera_drift_ppm = c.camera_drift_ppm;
+  out.camera_drift_sigma_ppm = c.camera_drift_sigma_ppm;
+  out.camera_sigma_us = us(c.camera_sigma);
+  out.camera_age_s = c.camera_age.seconds();
+  out.edge_scatter_us = c.edge_scatter_us;
+  out.lock_count = static_cast<std::int64_t>(chain.stamp.lock_count);
+}
+
+static_assert(static_cast<std::int8_t>(GpsSource::kNone) == clock_state_t::NONE && static_cast<std::int8_t>(GpsSource::kArrival) == clock_state_t::ARRIVAL &&
+              static_cast<std::int8_t>(GpsSource::kTimeMark) == clock_state_t::TIME_MARK);
+
 void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& c, const ChainCounts& before, const CameraCounters& camera,
                  const StrobeStatus& strobe, const LinkCounts (&link)[2], double window_s) {
   const FrameFacts& f = s.facts;

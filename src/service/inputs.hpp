@@ -28,7 +28,7 @@ struct ArrivedTspi {
 };
 struct Idle {};                  ///< the camera has been silent: nothing more comes for what waits
 
-using Input = std::variant<Idle, TimedFrame, AcquisitionStarted, StrobeEdge, FrameArrival, ArrivedTspi, TimeMark>;
+using Input = std::variant<Idle, TimedFrame, AcquisitionStarted, StrobeEdge, PpsEdge, FrameArrival, ArrivedTspi, TimeMark>;
 
 /// Place of a kind in Input.
 template <class Kind, class... Kinds>

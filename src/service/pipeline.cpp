@@ -19,6 +19,11 @@ json quantiles(const Histogram& h, double scale) {
           {"max", static_cast<double>(h.max().ns) * scale}};
 }
 
+/// Before the others, if this user may: the kernel keeps only so many edges for a reader that does not come.
+void prefer(std::thread& t) {
+  const sched_param p{.sched_priority = 20};
+  (void)pthread_setschedparam(t.native_handle(), SCHED_FIFO, &p);
+}
 void name_thread(std::thread& t, const char* name) { pthread_setname_np(t.native_handle(), name); }
 
 }  // namespace
@@ -70,6 +75,8 @@ Result<> Pipeline::start() {
     CYCLOPS_TRY(s.strobe->open());
     s.strobe_clock = s.strobe->has_own_clock();
   }
+  s.pps = make_strobe_source(s.rig.pps);
+  if (s.pps) CYCLOPS_TRY(s.pps->open());
   s.lcm = lcm_create(s.options.lcm_url.empty() ? nullptr : s.options.lcm_url.c_str());
   if (s.lcm == nullptr)
     return make_error(ErrorCode::kIo, "lcm " + s.options.lcm_url, "cannot be opened: is the URL right, and is multicast routed (ip route add 224.0.0.0/4 dev lo)?");
@@ -89,11 +96,15 @@ Result<> Pipeline::start() {
   s.chain_thread = std::thread(&State::run_chain, &s);
   s.link_thread = std::thread(&State::run_link, &s);
   if (s.strobe) s.strobe_thread = std::thread(&State::run_strobe, &s);
+  if (s.pps) s.pps_thread = std::thread(&State::run_pps, &s);
   s.camera_thread = std::thread(&State::run_camera, &s);
   name_thread(s.publish_thread, "publish");
   name_thread(s.chain_thread, "chain");
   name_thread(s.link_thread, "link");
   if (s.strobe) name_thread(s.strobe_thread, "strobe");
+  if (s.pps) name_thread(s.pps_thread, "pps");
+  for (std::thread* t : {&s.strobe_thread, &s.pps_thread})
+    if (t->joinable()) prefer(*t);
   name_thread(s.camera_thread, "camera");
   return Ok{};
 }
@@ -101,7 +112,7 @@ Result<> Pipeline::start() {
 Result<> Pipeline::stop() {
   State& s = *s_;
   if (s.stopping.exchange(true)) return Ok{};
-  for (std::thread* t : {&s.camera_thread, &s.strobe_thread, &s.link_thread})
+  for (std::thread* t : {&s.camera_thread, &s.strobe_thread, &s.pps_thread, &s.link_thread})
     if (t->joinable()) t->join();
   s.inputs.close();
   if (s.chain_thread.joinable()) s.chain_thread.join();
@@ -142,7 +153,9 @@ std::string Pipeline::summary() const {
   j["frames_with_consensus"] = n.consensus;
   j["camera"] = {{"starts", c.starts}, {"losses", c.losses}, {"failed_opens", c.failed_opens}, {"resent_packets", c.packets.resent}, {"missing_packets", c.packets.missing}};
   j["time"] = {{"by_strobe", n.stamp.by_source[0]}, {"by_camera_tick", n.stamp.by_source[1]}, {"by_arrival", n.stamp.by_source[2]}, {"unknown", n.stamp.by_source[3]},
-               {"edges", n.stamp.edges}, {"locks", n.stamp.lock_count}, {"gps_marks", n.gps.marks}, {"gps_relocks", n.gps.relocks}};
+               {"edges", n.stamp.edges}, {"locks", n.stamp.lock_count}, {"gps_marks", n.gps.marks}, {"gps_relocks", n.gps.relocks},
+               {"gps_drift_ppm", n.clocks.gps_drift_ppm}, {"gps_sigma_us", n.clocks.gps_sigma.seconds() * 1e6}, {"camera_drift_ppm", n.clocks.camera_drift_ppm},
+               {"edge_scatter_us", n.clocks.edge_scatter_us}, {"edges_lost", s.strobe_status.lost}, {"pps_edges", n.pps.edges}, {"pps_marks", n.pps.marks}};
   for (int a = 0; a < 2; ++a)
     j["tspi"][a == 0 ? "receiver" : "tanker"] = {{"received", s.link_counts[a].received}, {"refused", s.link_counts[a].refused}, {"guarded", s.link_counts[a].guarded},
                                                  {"accepted", n.tspi[a].accepted}, {"out_of_order", n.tspi[a].out_of_order_inserted}, {"duplicate", n.tspi[a].duplicate},

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <thread>
 
+#include <cyclops/clock_state_t.hpp>
 #include <cyclops/health_t.hpp>
 #include <lcm/lcm.h>
 
@@ -55,6 +56,7 @@ struct Pipeline::State {
   std::atomic<bool> camera_there{false};
 
   std::unique_ptr<StrobeSource> strobe;
+  std::unique_ptr<StrobeSource> pps;         ///< null when the rig has none
   bool strobe_clock{false};                  ///< arrivals come from the strobe source
   std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
   std::unique_ptr<Recorder> recorder;        ///< null: nothing is recorded; dies before the camera
@@ -64,10 +66,11 @@ struct Pipeline::State {
   BoundedQueue<std::unique_ptr<Finished>> ready{8};
   BoundedQueue<std::unique_ptr<Finished>> spare{8};
 
-  mutable std::mutex counts_mutex;           // the five below are read and written under it
+  mutable std::mutex counts_mutex;           // the six below are read and written under it
   ChainCounts chain_counts{};
   CameraCounters camera_counts{};
   StrobeStatus strobe_status{};
+  StrobeStatus pps_status{};
   LinkCounts link_counts[2]{};
   std::array<std::uint64_t, std::variant_size_v<Input>> inputs_refused{};  // by kind
 
@@ -79,10 +82,11 @@ struct Pipeline::State {
   std::int64_t started_ns{0};
   RecordCounts record_counts{};              ///< after the end
 
-  std::thread camera_thread, strobe_thread, link_thread, chain_thread, publish_thread;
+  std::thread camera_thread, strobe_thread, pps_thread, link_thread, chain_thread, publish_thread;
 
   void run_camera();
   void run_strobe();
+  void run_pps();
   void run_link();
   void run_chain();
   void run_publish();
@@ -96,6 +100,8 @@ struct Pipeline::State {
 void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* channel, void* state);
 void on_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
 void on_lcm_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
+
+void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus& pps);
 
 /// HEALTH from what is known; `window_s` is the time since the counters in `before` were taken.
 void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& chain, const ChainCounts& before, const CameraCounters& camera,

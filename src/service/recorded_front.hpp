@@ -30,6 +30,11 @@ class RecordedFront {
     front_.push(edge);
     if (recorder_ != nullptr) recorder_->edge(now(), edge);
   }
+  bool push(const PpsEdge& edge) {
+    see(edge.edge.t);
+    if (recorder_ != nullptr) recorder_->pps(now(), edge.edge);
+    return front_.push(edge);
+  }
   bool push(const TimeMark& mark) {
     if (recorder_ != nullptr) recorder_->mark(now(), mark);
     return front_.push(mark);

@@ -149,6 +149,11 @@ void Recorder::edge(Time t, const StrobeEdge& edge) {
   input(t, channel::kStrobe, edge_);
 }
 
+void Recorder::pps(Time t, const StrobeEdge& edge) {
+  fill(edge_, LineEdge{edge, StrobeLine::kPps});
+  input(t, channel::kStrobe, edge_);
+}
+
 void Recorder::mark(Time t, const TimeMark& mark) {
   fill(mark_, mark, MarkSource::kRecorded);
   input(t, channel::kTimeMark, mark_);

@@ -58,12 +58,26 @@ void read_mount(ConfigTable t, Rig& rig) {
   rig.boresight_sigma_rad = sigma * kDeg;
 }
 
-/// What timesync needs from the tables of the camera and the strobe.
+constexpr int kPpsLine = 18;  // where the rig does not say
+
+StrobeConfig no_pps() {
+  StrobeConfig c;
+  c.kind = StrobeKind::kNone;
+  c.line = kPpsLine;
+  return c;
+}
+
+/// What timesync needs from the tables of the camera and the two lines.
 void complete(Rig& rig) {
   FrameStamperConfig& c = rig.stamper;
   c.period = rig.device.period();
   c.edge_delay = rig.strobe.delay;
+  c.delay_sigma = rig.strobe.delay_sigma;
   c.rising = rig.strobe.rising;
+  rig.gps.clock.wander_per_rs = c.clock.wander_per_rs;
+  rig.pps_marks.rising = rig.pps.rising;
+  rig.pps_marks.delay = rig.pps.delay;
+  rig.pps_marks.delay_sigma = std::max(rig.pps.delay_sigma, Duration{1});
   c.residual_max = std::min(c.residual_max, c.period / 8);
 }
 
@@ -90,16 +104,20 @@ Result<Rig> Rig::load(const std::string& path) {
     tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
     survey_m = sigma * metres;
   }
-  ConfigTable strobe = root.table("strobe"), time = root.table("time"), tspi = root.table("tspi");
+  ConfigTable strobe = root.table("strobe"), pps = root.table("pps"), time = root.table("time"), tspi = root.table("tspi");
   const auto take = [](auto result, auto& out) -> Result<> {
     if (!result.ok()) return result.error();
     out = *result;
     return Ok{};
   };
-  CYCLOPS_TRY(take(StrobeConfig::read(strobe), rig.strobe));
+  CYCLOPS_TRY(take(StrobeConfig::read(strobe, {}), rig.strobe));
+  CYCLOPS_TRY(take(StrobeConfig::read(pps, no_pps()), rig.pps));
   CYCLOPS_TRY(take(FrameStamperConfig::read(time), rig.stamper));
   CYCLOPS_TRY(take(GpsClockConfig::read(time), rig.gps));
   CYCLOPS_TRY(take(NavRig::read(tspi), rig.nav));
+  if (rig.gps.use_pps && rig.pps.kind == StrobeKind::kNone) time.fail("gps_from", "is \"pps\", expected [pps] with source = \"gpio\" or \"socket\" beside it");
+  if (rig.pps.kind != StrobeKind::kNone && rig.pps.kind == rig.strobe.kind && rig.pps.chip == rig.strobe.chip && rig.pps.line == rig.strobe.line && rig.pps.line_name == rig.strobe.line_name)
+    pps.fail("line", "is that of the strobe, expected another line");
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());

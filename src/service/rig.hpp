@@ -12,6 +12,7 @@
 #include "nav/nav_config.hpp"
 #include "timesync/frame_stamper.hpp"
 #include "timesync/gps_clock.hpp"
+#include "timesync/pps_marks.hpp"
 
 namespace cyclops {
 
@@ -31,8 +32,10 @@ struct Rig {
   double boresight_sigma_rad{0};
   TankerModel tanker{};
   StrobeConfig strobe{};
+  StrobeConfig pps{};                  ///< kNone unless the rig has a line for it
   FrameStamperConfig stamper{};
   GpsClockConfig gps{};
+  PpsConfig pps_marks{};
   NavRig nav{};
 
   static Result<Rig> load(const std::string& path);

@@ -13,7 +13,7 @@ constexpr std::size_t kArrivals = 64;
 class ChainThread {
  public:
   explicit ChainThread(Pipeline::State& s)
-      : s_(s), front_(Front(s.rig.stamper, s.rig.gps, s.profile.nav, s.rig.nav), s.recorder.get(), s.strobe_clock, host_now_ns), chain_(s.rig, s.profile) {
+      : s_(s), front_(Front(s.rig.stamper, s.rig.gps, s.profile.nav, s.rig.nav, s.rig.pps_marks), s.recorder.get(), s.strobe_clock, host_now_ns), chain_(s.rig, s.profile) {
     thumbnail_every_ns_ = s.options.thumbnail_hz > 0 ? static_cast<std::int64_t>(1e9 / s.options.thumbnail_hz) : 0;
   }
 
@@ -53,7 +53,16 @@ class ChainThread {
     release_known();
   }
   void handle(TimeMark&& mark) {
-    if (front_.push(mark)) s_.events.post(mark.t, EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(front_.front().gps().offset().ns) + " ns");
+    if (front_.push(mark)) say_gps_locked(mark.t);
+  }
+  void handle(PpsEdge&& edge) {
+    if (front_.push(edge)) say_gps_locked(edge.edge.t);
+  }
+  void say_gps_locked(Time t) {
+    const GpsClock& gps = front_.front().gps();
+    const bool leap = gps.counters().whole_second_steps != counts_.gps.whole_second_steps;
+    s_.events.post(t, leap ? EventLevel::kWarning : EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(gps.offset().ns) + " ns" +
+                   (leap ? ", a step by whole seconds: leap second, UTC for GPS time, or week rollover?" : ""));
   }
   void handle(ArrivedTspi&& tspi) {
     const TspiVerdict verdict = front_.push(tspi);
@@ -182,6 +191,8 @@ class ChainThread {
       if (counts_.has_tspi[a]) counts_.newest_tspi[a] = buffer.newest().t;
     }
     counts_.gps = front.gps().counters();
+    counts_.pps = front.pps();
+    counts_.clocks = front.clocks();
     counts_.front = front.counters();
     counts_.track = chain_.track_counters();
     counts_.associate = chain_.associate_counters();

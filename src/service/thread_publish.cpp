@@ -132,19 +132,22 @@ class PublishThread {
   void health(std::int64_t now) {
     ChainCounts chain;
     CameraCounters camera;
-    StrobeStatus strobe;
+    StrobeStatus strobe, pps;
     LinkCounts link[2];
     {
       const std::lock_guard lock(s_.counts_mutex);
       chain = s_.chain_counts;
       camera = s_.camera_counts;
       strobe = s_.strobe_status;
+      pps = s_.pps_status;
       link[0] = s_.link_counts[0];
       link[1] = s_.link_counts[1];
     }
     const double window = static_cast<double>(now - before_ns_) * 1e-9;
     fill_health(health_, s_, chain, before_, camera, strobe, link, window);
     publisher_.put(Time{now}, channel::kHealth, health_);
+    fill_clock(clock_, chain, pps);
+    publisher_.put(Time{now}, channel::kClock, clock_);
     if (now - before_ns_ > Duration::from_seconds(1).ns) {
       before_ = chain;
       before_ns_ = now;
@@ -162,6 +165,7 @@ class PublishThread {
   std::vector<std::uint8_t> jpeg_;
   event_t event_{};
   health_t health_{};
+  clock_state_t clock_{};
   ChainCounts before_{};
   std::int64_t before_ns_{host_now_ns()};
   std::int64_t window_ns_{host_now_ns()};

@@ -1,6 +1,7 @@
 // The threads that bring things in: camera, strobe, link.
 #include <chrono>
 #include <cstring>
+#include <span>
 
 #include "base/log.hpp"
 #include "service/pipeline_state.hpp"
@@ -61,29 +62,45 @@ void Pipeline::State::run_camera() {
   }
 }
 
-void Pipeline::State::run_strobe() {
+/// Reads one line until the service stops; `take` gets what was read, `status` is kept under the counts' mutex.
+template <class Take>
+void read_line(Pipeline::State& s, StrobeSource& source, const char* name, StrobeStatus& status, Take take) {
   std::array<StrobeEdge, 64> edges;
-  std::array<FrameArrival, 64> arrivals;
   log::Throttle trouble(10);
   std::uint64_t held = 0;
-  while (!stopping) {
-    auto ready_edges = strobe->wait(kPatience);
+  while (!s.stopping) {
+    auto ready_edges = source.wait(kPatience);
     Result<std::size_t> n = std::size_t{0};
-    if (ready_edges.ok() && *ready_edges) n = strobe->read_many(edges);
+    if (ready_edges.ok() && *ready_edges) n = source.read_many(edges);
     const Error* error = !ready_edges.ok() ? &ready_edges.error() : !n.ok() ? &n.error() : nullptr;
     if (error != nullptr) {
-      events.post(service_now(), EventLevel::kFault, "strobe", "strobe.lost", error->message());
-      if (trouble.pass(host_now_ns(), held)) log::error("strobe", error->message());
+      s.events.post(s.service_now(), EventLevel::kFault, name, (std::string(name) + ".lost").c_str(), error->message());
+      if (trouble.pass(host_now_ns(), held)) log::error(name, error->message());
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
-      (void)strobe->open().ok();
+      (void)source.open().ok();
       continue;
     }
+    take(std::span<const StrobeEdge>(edges.data(), *n));
+    const std::lock_guard lock(s.counts_mutex);
+    status = source.status();
+  }
+}
+
+void Pipeline::State::run_strobe() {
+  std::array<FrameArrival, 64> arrivals;
+  read_line(*this, *strobe, "strobe", strobe_status, [&](std::span<const StrobeEdge> edges) {
     const std::size_t m = strobe->take_arrivals(arrivals);
     for (std::size_t i = 0; i < m; ++i) offer(FrameArrival(arrivals[i]));
-    for (std::size_t i = 0; i < *n; ++i) offer(StrobeEdge(edges[i]));
-    const std::lock_guard lock(counts_mutex);
-    strobe_status = strobe->status();
-  }
+    for (const StrobeEdge& e : edges) offer(StrobeEdge(e));
+  });
+}
+
+void Pipeline::State::run_pps() {
+  std::array<FrameArrival, 64> of_the_strobe;
+  read_line(*this, *pps, "pps", pps_status, [&](std::span<const StrobeEdge> edges) {
+    (void)pps->take_arrivals(of_the_strobe);
+    for (const StrobeEdge& e : edges) offer(PpsEdge{e});
+  });
 }
 
 void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* name, void* state) {

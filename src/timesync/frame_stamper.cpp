@@ -16,7 +16,7 @@ constexpr std::int64_t kStartReaches = 500;   // periods over which the number o
 }  // namespace
 
 FrameStamper::FrameStamper(const FrameStamperConfig& config)
-    : config_(config), line_(config.max_rate_ppm), period_ns_(static_cast<double>(config.period.ns)) {
+    : config_(config), line_(config.clock), period_ns_(static_cast<double>(config.period.ns)) {
   CYCLOPS_ASSERT(config.validated().ok());
   if (config_.transport_max.ns == 0) config_.transport_max = Duration{config_.period.ns * 4 / 5};
 }
@@ -63,7 +63,8 @@ std::optional<LockLoss> FrameStamper::contradiction(const Entry& f) const {
 }
 
 bool FrameStamper::counts_agree(const Entry& f, Time edge) const {
-  const std::int64_t edges = std::llround(static_cast<double>((edge - last_pair_.edge).ns) / period_ns_);
+  const double period = period_ns_ * (1 + line_.rate_ppm() * 1e-6);   // the edges are on the service clock
+  const std::int64_t edges = std::llround(static_cast<double>((edge - last_pair_.edge).ns) / period);
   return edges == static_cast<std::int64_t>(f.number - last_pair_.number);
 }
 
@@ -71,7 +72,7 @@ Duration FrameStamper::tolerance(const Entry& f) const {
   const double largest = static_cast<double>(config_.residual_max.ns);
   if (line_.pairs() < 16) return config_.residual_max;
   const double usual = 6 * line_.rms_ns() + 3 * static_cast<double>(line_.sigma_at(f.info.camera_tick_ns).ns);
-  return {std::llround(std::clamp(usual, largest / 4, largest))};
+  return {std::llround(std::clamp(usual, largest / 8, largest))};
 }
 
 FrameStamper::Search FrameStamper::find_edge(const Entry& f) const {
@@ -222,22 +223,25 @@ void FrameStamper::note_arrival(const Entry& f, Time edge) {
   late_in_a_row_ = !late ? 0 : even ? late_in_a_row_ + 1 : 1;
 }
 
+// Scatter that was seen, and the constant that cannot be seen.
+Duration FrameStamper::with_scatter(Duration sigma) const {
+  return {std::llround(std::hypot(static_cast<double>(config_.delay_sigma.ns), line_.rms_ns(), static_cast<double>(sigma.ns)))};
+}
+
 Time FrameStamper::mid(const Entry& f, Time edge) const { return edge - config_.edge_delay + f.info.exposure / 2; }
 
 void FrameStamper::emit_edge(const Entry& f, Time edge) {
   ++counters_.matched;
   last_frame_ = {f.number, f.info.camera_tick_ns, edge};
   note_arrival(f, edge);
-  const Duration rms{std::llround(line_.rms_ns())};
-  emit(f, mid(f, edge), std::max(config_.edge_sigma, rms), TimeSource::kStrobe);
+  emit(f, mid(f, edge), with_scatter({}), TimeSource::kStrobe);
 }
 
 void FrameStamper::emit_tick(const Entry& f, Duration least_sigma) {
   const Time edge = line_.at(f.info.camera_tick_ns);
   last_frame_ = {f.number, f.info.camera_tick_ns, edge};
   note_arrival(f, edge);
-  const Duration sigma = std::max(config_.edge_sigma, line_.sigma_at(f.info.camera_tick_ns) + Duration{std::llround(line_.rms_ns())});
-  emit(f, mid(f, edge), std::max(sigma, least_sigma), TimeSource::kCameraTick);
+  emit(f, mid(f, edge), std::max(with_scatter(line_.sigma_at(f.info.camera_tick_ns)), least_sigma), TimeSource::kCameraTick);
 }
 
 void FrameStamper::give_up_front() {

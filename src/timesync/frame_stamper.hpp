@@ -36,17 +36,17 @@ struct FrameStamperConfig {
                                       ///< A period or more: arrivals prove nothing, see docs/time.md
   Duration arrival_slack{500'000};    ///< an arrival before the end of exposure by more than this proves a wrong number
   Duration residual_max{1'000'000};   ///< edge against camera clock
-  Duration edge_sigma{50'000};        ///< of one edge stamp
+  Duration delay_sigma{20'000};       ///< what is not known of edge_delay, 1 sigma: a constant that no scatter shows
   Duration arrival_sigma{5'000'000};  ///< of a time made from the arrival, once the usual transport is known
-  Duration tick_holdover{10'000'000'000};  ///< so long the camera clock alone is trusted
+  Duration tick_holdover{600'000'000'000};  ///< so long the camera clock alone is trusted; its sigma grows all the while
   std::uint64_t first_frame_id{1};    ///< number of the first frame after a start; 0: the camera does not start afresh
   int id_bits{64};                    ///< 16: block ids wrap from 65535 to 1
   int max_wait_frames{8};             ///< frames that may wait for an edge
   int lock_frames{4};                 ///< frames that must agree for a lock
-  double max_rate_ppm{200};           ///< service clock against camera clock
+  ClockNoise clock{};                 ///< camera clock against service clock
 
   /// Optional keys of the rig's [time]: transport_max_ms, first_frame_id, block_ids ("16 bit", "64 bit"),
-  /// max_wait_frames, tick_holdover_s.
+  /// max_wait_frames, tick_holdover_s, clock_wander_ppm.
   /// Period, delay and edge are the caller's to set: they stand in [camera] and [strobe].
   static Result<FrameStamperConfig> read(ConfigTable& time);
   [[nodiscard]] Result<> validated() const;
@@ -110,6 +110,8 @@ class FrameStamper {
   /// The next frame with t_mid, t_mid_sigma and time_source set; false when none is ready.
   [[nodiscard]] bool pop(FrameInfo& frame, FrameToken& token);
 
+  /// The newest numbered frame's tick: where to ask `line()` for its sigma and age; 0 before any.
+  [[nodiscard]] std::int64_t newest_tick_ns() const { return last_frame_.tick_ns; }
   [[nodiscard]] bool locked() const { return locked_; }
   [[nodiscard]] const StampCounters& counters() const { return counters_; }
   [[nodiscard]] const TickLine& line() const { return line_; }
@@ -156,6 +158,7 @@ class FrameStamper {
   void emit(Entry f, Time t_mid, Duration sigma, TimeSource source);
   [[nodiscard]] LockGates gates() const;
   [[nodiscard]] Time mid(const Entry& f, Time edge) const;
+  [[nodiscard]] Duration with_scatter(Duration sigma) const;
 
   FrameStamperConfig config_;
   StampCounters counters_;

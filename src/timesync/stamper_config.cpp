@@ -14,13 +14,16 @@ Result<FrameStamperConfig> FrameStamperConfig::read(ConfigTable& time) {
   double transport_ms = c.transport_max.seconds() * 1e3, holdover_s = c.tick_holdover.seconds();
   std::int64_t first = static_cast<std::int64_t>(c.first_frame_id);
   time.read_in("transport_max_ms", 0, 1000, transport_ms);
-  time.read_in("tick_holdover_s", 0, 60, holdover_s);
+  double wander_ppm = c.clock.wander_per_rs * 1e6;
+  time.read_in("tick_holdover_s", 0, 3600, holdover_s);
+  time.read_in("clock_wander_ppm", 1e-4, 10, wander_ppm);
   time.read_in("max_wait_frames", 1, 32, c.max_wait_frames);
   time.read("first_frame_id", first);
   if (first < 0) time.fail("first_frame_id", "is " + std::to_string(first) + ", expected 0 or more");
   int bits = c.id_bits == 16 ? 0 : 1;
   time.read_choice("block_ids", {"16 bit", "64 bit"}, bits);
   c.transport_max = Duration::from_ms(transport_ms);
+  c.clock.wander_per_rs = wander_ppm * 1e-6;
   c.tick_holdover = Duration::from_seconds(holdover_s);
   c.first_frame_id = static_cast<std::uint64_t>(first);
   c.id_bits = bits == 0 ? 16 : 64;
@@ -34,13 +37,13 @@ Result<> FrameStamperConfig::validated() const {
       {"transport_max_ms", transport_max.seconds() * 1e3, 0, 1000},
       {"arrival_slack_ms", arrival_slack.seconds() * 1e3, 0, 100},
       {"residual_max_ms", residual_max.seconds() * 1e3, 0.01, period.seconds() * 1e3 / 8},
-      {"edge_sigma_ms", edge_sigma.seconds() * 1e3, 0, 10},
+      {"delay_sigma_ms", delay_sigma.seconds() * 1e3, 0, 10},
       {"arrival_sigma_ms", arrival_sigma.seconds() * 1e3, 0, 1000},
-      {"tick_holdover_s", tick_holdover.seconds(), 0, 60},
+      {"tick_holdover_s", tick_holdover.seconds(), 0, 3600},
       {"id_bits", static_cast<double>(id_bits == 16 ? 64 : id_bits), 64, 64},
       {"max_wait_frames", static_cast<double>(max_wait_frames), static_cast<double>(lock_frames), 32},
       {"lock_frames", static_cast<double>(lock_frames), 3, static_cast<double>(kMaxLockFrames)},
-      {"max_rate_ppm", max_rate_ppm, 1, 1000},
+      {"largest_rate_ppm", clock.largest_rate * 1e6, 1, 1000},
   };
   for (const Bound& b : bounds)
     if (!(b.value >= b.low && b.value <= b.high))

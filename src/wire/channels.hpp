@@ -17,6 +17,7 @@ inline constexpr const char* kCorner = "CORNER";               // corner_set_t, 
 inline constexpr const char* kTrack = "TRACK";                 // track_set_t, out
 inline constexpr const char* kMeasurement = "MEASUREMENT";     // measurement_set_t, out
 inline constexpr const char* kHealth = "HEALTH";               // health_t, out
+inline constexpr const char* kClock = "CLOCK";                 // clock_state_t, out
 inline constexpr const char* kEvent = "EVENT";                 // event_t, out
 inline constexpr const char* kAcquisition = "ACQUISITION";     // acquisition_t, only in files
 inline constexpr const char* kSeal = "SEAL";                   // seal_t, only in files

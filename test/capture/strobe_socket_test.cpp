@@ -162,7 +162,7 @@ TEST(StrobeConfig, ABadSocketNameIsRefusedWithWhatIsExpected) {
 TEST(StrobeConfig, ReadsTheRig) {
   auto file = ConfigFile::parse("[strobe]\nsource = \"gpio\"\nchip = \"pps\"\nline = 4\nline_name = \"STROBE\"\nsocket = \"@x\"\nedge = \"falling\"\ndelay_us = 12.5\n", "rig.toml").value();
   ConfigTable table = file.root().table("strobe");
-  const StrobeConfig c = StrobeConfig::read(table).value();
+  const StrobeConfig c = StrobeConfig::read(table, {}).value();
   ASSERT_TRUE(file.finish().ok());
   EXPECT_EQ(c.kind, StrobeKind::kGpio);
   EXPECT_EQ(c.line_name, "STROBE");

@@ -73,6 +73,29 @@ TEST_F(RigTest, HandsPeriodEdgeAndDelayToTheStamper) {
   EXPECT_LE(rig->stamper.residual_max.ns, rig->stamper.period.ns / 8);
 }
 
+TEST_F(RigTest, ReadsTheLineOfPpsAndHandsItToTheClocks) {
+  Text t;
+  t.strobe += "delay_sigma_us = 3.0\n[pps]\nsource = \"gpio\"\nline = 5\ndelay_us = 40.0\ndelay_sigma_us = 4.0\n";
+  t.time = "gps_from = \"pps\"\nclock_wander_ppm = 0.2\n";
+  const auto rig = load(t);
+  ASSERT_TRUE(rig.ok()) << rig.error().message();
+  EXPECT_TRUE(rig->gps.use_pps);
+  EXPECT_EQ(rig->pps.line, 5);
+  EXPECT_EQ(rig->pps_marks.delay.ns, 40'000);
+  EXPECT_EQ(rig->pps_marks.delay_sigma.ns, 4'000);
+  EXPECT_EQ(rig->stamper.delay_sigma.ns, 3'000);
+  EXPECT_EQ(rig->gps.clock.wander_per_rs, 0.2e-6);
+}
+
+TEST_F(RigTest, RefusesPpsWithoutALineAndOnTheLineOfTheStrobe) {
+  EXPECT_EQ(load({})->pps.kind, StrobeKind::kNone);
+  Text t;
+  t.time = "gps_from = \"pps\"\n";
+  EXPECT_NE(load(t).error().message().find("time.gps_from: is \"pps\", expected [pps] with source"), std::string::npos);
+  t.strobe += "[pps]\nsource = \"gpio\"\nline = 4\n";
+  EXPECT_NE(load(t).error().message().find("pps.line: is that of the strobe"), std::string::npos);
+}
+
 TEST_F(RigTest, TakesAFocalLengthInMillimetresInsteadOfPixels) {
   Text t;
   t.camera += "focal_mm = 12.5\npitch_um = 12.0\n";

@@ -22,6 +22,7 @@ struct ExposureFaults {
   double id_slip{0};               ///< an exposure that gets no id
   double id_jump{0};               ///< an id without exposure
   double tick_step{0};             ///< the camera clock jumps
+  double pause{0};                 ///< the camera rests for some periods, then ids and clock go on
   int burst{1};                    ///< lost edges and lost frames come in bursts of up to this many
   int first_edges_lost{0};
   int camera_restart_at{0};        ///< exposure before which the camera certainly restarts; 0: none
@@ -100,6 +101,7 @@ class Simulation {
     const ExposureFaults& f = s_.faults;
     if (happens(f.camera_restart) || (i_ > 0 && i_ == f.camera_restart_at)) pause();
     if (happens(f.announced_restart) || (i_ > 0 && i_ == f.announced_restart_at)) { pause(); restart(); }
+    if (happens(f.pause)) t_ = t_ + s_.period + uniform(s_.period * 6);
     if (happens(f.id_slip)) strobe_only();
     if (happens(f.id_jump)) ++id_;
     if (happens(f.tick_step)) tick_step_ = tick_step_ + uniform(s_.period * 6) - s_.period * 2;

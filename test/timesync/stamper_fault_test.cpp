@@ -153,13 +153,16 @@ TEST_F(StamperFault, AFrameBeforeTheEndOfItsExposureDropsTheLock) {
 }
 
 TEST_F(StamperFault, WithoutEdgesTheCameraClockServesThenTheArrival) {
-  // GIVEN 100 frames with edges and then 400 without, at 30 Hz
+  // GIVEN 100 frames with edges and then 400 without, at 30 Hz, and ten seconds of holdover allowed
   setup.exposures = 500;
   make();
   lose_edges(100, 500);
-  go();
+  FrameStamperConfig config = test::stamper_config(setup);
+  config.tick_holdover = Duration::from_seconds(10);
+  go(config);
   EXPECT_EQ(source(150), TimeSource::kCameraTick);
   EXPECT_LE(std::llabs(error_ns(390)), 3 * out[390].info.t_mid_sigma.ns);
+  EXPECT_GT(out[390].info.t_mid_sigma, out[150].info.t_mid_sigma);
   EXPECT_EQ(source(450), TimeSource::kArrival) << "more than 10 s";
   EXPECT_EQ(losses(LockLoss::kHoldover), 1U);
   EXPECT_EQ(stamper->counters().starved, 1U);

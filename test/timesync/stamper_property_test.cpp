@@ -65,6 +65,7 @@ ExposureSetup brutal_setup(Random& random) {
   s.faults.id_slip = d.sometimes(0.02);
   s.faults.id_jump = d.sometimes(0.02);
   s.faults.tick_step = d.sometimes(0.02);
+  s.faults.pause = d.sometimes(0.02);
   return s;
 }
 
@@ -123,7 +124,7 @@ TEST(FrameStamperProperty, NeverNamesTheStrobeForAWrongTime) {
 }
 
 TEST(FrameStamperProperty, FindsAShiftByOneWithinFiveFrames) {
-  // GIVEN on top ids left out or skipped, jumps of the camera clock, and edge stamps late by up to 6 ms
+  // GIVEN on top ids left out or skipped, jumps of the camera clock, pauses that only the clock shows, and edge stamps late by up to 6 ms
   // THEN no more than five frames in a row carry a wrong time in the strobe's name. More than none needs two faults that
   // hide each other, such as an id left out just when the camera clock jumps back by one period: below one pattern in 10^5.
   Tally all;
