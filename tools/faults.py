@@ -63,6 +63,12 @@ def fly(build, flight, out, row, table):
         return f"rig ended with {done.returncode}: " + " | ".join(log.read().split("\n")[-4:])
 
 
+def is_absorbed(row, f):
+    """It did no harm, and the row allows that nothing tells of it."""
+    harmless = f["measurements_lost_percent"] <= row["limit"]["harmless_percent"] and f["wrong_times"] == 0 and f["frames_other_clock"] <= 1
+    return bool(row.get("may_be_absorbed")) and harmless
+
+
 def verdict(row, f, relaxed):
     """Why the row fails; empty: it passes."""
     why = []
@@ -71,8 +77,7 @@ def verdict(row, f, relaxed):
     if f["struck"] == 0:
         why.append("the fault never struck")
     limit = row["limit"]
-    harmless = f["measurements_lost_percent"] <= limit["harmless_percent"] and f["wrong_times"] == 0 and f["frames_other_clock"] <= 1
-    absorbed = row.get("may_be_absorbed") and harmless
+    absorbed = is_absorbed(row, f)
     noticed = {n: t for n, t in f["noticed"].items() if any(n == d for d in row.get("notice", []))}
     if row.get("notice") and not noticed and not absorbed:
         why.append("not noticed by " + " or ".join(row["notice"]))
@@ -137,7 +142,7 @@ def main():
             run.crashed = crashed
             f = fault_judge.figures(run, reference_run, usual)
             result = {"name": row["name"], "fault": row["fault"], "notice": row.get("notice", []), "limit": row["limit"], "figures": f,
-                      "why": verdict(row, f, a.relaxed), "tries": tries}
+                      "why": verdict(row, f, a.relaxed), "tries": tries, "absorbed": is_absorbed(row, f)}
             if not result["why"] or (f["late_ms"] < LATE_MS and f["struck"] > 0):
                 break
         results.append(result)
