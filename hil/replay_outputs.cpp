@@ -92,7 +92,7 @@ void Replayer::State::edge(const record::LogEvent& e) {
   if (!decoded.ok() || !has_strobe()) return;
   const bool pps = decoded->line != StrobeLine::kStrobe;
   if (!pps && !exposes()) {  // a camera that does not expose has no strobe
-    unexposed.push_back(decoded->edge.t);
+    unexposed.push_back(decoded->edge.t + Duration{shift_ns});
     if (unexposed.size() > kUnexposedKept) unexposed.pop_front();
     return;
   }
@@ -130,7 +130,7 @@ Result<> Replayer::State::open_lines() {
 /// True for a frame whose strobe was not sent because the camera did not expose then.
 bool Replayer::State::not_exposed(const FrameInfo& info) {
   if (unexposed.empty() || info.time_source == TimeSource::kUnknown) return false;
-  const Time start = info.t_mid - info.exposure / 2 + rig.strobe.delay;
+  const Time start = info.t_mid + Duration{shift_ns} - info.exposure / 2 + rig.strobe.delay;
   const Duration half = rig.device.period() / 2;
   return std::any_of(unexposed.begin(), unexposed.end(), [&](Time t) { return Duration{std::llabs((t - start).ns)} < half; });
 }

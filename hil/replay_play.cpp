@@ -5,6 +5,12 @@
 #include "wire/channels.hpp"
 
 namespace cyclops::hil {
+namespace {
+
+constexpr std::int64_t kCatchUp_ns = 50'000'000;
+constexpr std::int64_t kTail_ns = 20'000'000;  // after the last exposure: its frame has arrived; a loop waits for nothing else
+
+}  // namespace
 
 void Replayer::State::note_late(std::int64_t due_ns) {
   const std::int64_t over = monotonic_ns() - due_ns;
@@ -73,8 +79,11 @@ Result<bool> Replayer::State::jump(record::LogEvent& e) {
     if (e.channel == wanted) break;
   }
   const std::int64_t arrival = e.time_us * 1000;
-  if (last_exposure_ns != 0) shift_ns = last_exposure_ns + rig.device.period().ns - arrival;
+  const std::int64_t period = rig.device.period().ns;
+  const std::int64_t next = speed > 0 ? due(last_exposure_ns - shift_ns) + static_cast<std::int64_t>(static_cast<double>(period) / speed) : 0;
+  if (last_exposure_ns != 0) shift_ns = last_exposure_ns + period - arrival;
   anchor(arrival);
+  if (last_exposure_ns != 0 && next > host0_ns - kCatchUp_ns) host0_ns = next;  // without a pause, unless it is late already
   jumped = tick_jumped = true;
   return true;
 }
@@ -91,7 +100,8 @@ Result<bool> Replayer::State::next_event(record::LogEvent& e) {
     return jump(e);
   }
   auto more = flight.next(e);
-  if (!more.ok() || *more || !options.loop) return more;
+  const bool after_last = options.loop && more.ok() && *more && e.time_us * 1000 > flight.manifest().last_frame_ns + kTail_ns;
+  if (!more.ok() || !options.loop || (*more && !after_last)) return more;
   CYCLOPS_TRY(flight.rewind());
   ++loops;
   return jump(e);

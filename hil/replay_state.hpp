@@ -96,7 +96,7 @@ struct Replayer::State {
   std::atomic<std::uint32_t> acquisitions{0};
   std::uint32_t acquisition_seen{0};
 
-  std::deque<Time> unexposed;                  // strobe times of the flight at which this camera did not expose
+  std::deque<Time> unexposed;                  // strobe times, shifted, at which this camera did not expose
   std::int64_t exposures{0};                   // counted while the rate is lower than the flight's
   std::int64_t frames_unexposed{0};
   std::multimap<std::int64_t, std::function<void()>> later;  // by shifted arrival: what a fault holds back

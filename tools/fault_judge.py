@@ -50,6 +50,7 @@ class Run:
     service: dict
     replay: dict
     crashed: str = ""
+    numbered: list = field(default_factory=list)  # every frame that the camera has numbered, sent or not
     counters: dict = field(default_factory=dict)  # name: [(t_ns, value)]
 
 
@@ -115,7 +116,8 @@ def load(out, truth, types):
         e.service_time_ns = heard_ns - lead_ns
         run.events.append(e)
     # A frame that was cut because the camera vanished on the way may still have been seen in part.
-    run.frames = sorted((f for f in frames.values() if f.sent or f.published), key=lambda f: f.host_ns)
+    run.numbered = sorted(frames.values(), key=lambda f: f.host_ns)
+    run.frames = [f for f in run.numbered if f.sent or f.published]
     return run
 
 
@@ -181,10 +183,10 @@ def alarms_at_end(run):
 
 
 def between_streams(run):
-    """Frames that were sent before the first or after the last that the service had of that stream: it was being opened, or had been
-    given up."""
+    """Frames that were numbered before the first or after the last that the service had of that stream: it was being opened, or had
+    been given up."""
     by_stream = {}
-    for f in run.frames:
+    for f in run.numbered:
         by_stream.setdefault(f.acquisition, []).append(f)
     n = 0
     for stream in by_stream.values():
@@ -194,11 +196,11 @@ def between_streams(run):
 
 
 def unaccounted(run):
-    """Frames that left the camera, were not between streams, and are in no counter of the service. None: it left no figures."""
+    """Frames that the camera numbered, that were not between streams, and are in no counter of the service. None: it left no figures."""
     s = run.service
     if not s:
         return None
-    return len(run.frames) - between_streams(run) - s["frames_complete"] - s["frames_incomplete"] - sum(
+    return len(run.numbered) - between_streams(run) - s["frames_complete"] - s["frames_incomplete"] - sum(
         n for cause, n in s["frames_lost_by_cause"].items() if cause not in ("queue_full", "no_room"))
 
 

@@ -33,10 +33,10 @@ def slope(samples, key):
 
 
 def frames(run):
-    """What became of every frame that left the camera."""
+    """What became of every frame that the camera has numbered."""
     s, lost = run.service, run.service["frames_lost_by_cause"]
     between = fault_judge.between_streams(run)
-    out = {"sent": len(run.frames), "complete": s["frames_complete"], "incomplete": s["frames_incomplete"],
+    out = {"sent": len(run.numbered), "complete": s["frames_complete"], "incomplete": s["frames_incomplete"],
            "lost": {k: v for k, v in lost.items() if k not in ("queue_full", "no_room")}, "between streams": between}
     out["left over"] = out["sent"] - out["complete"] - out["incomplete"] - sum(out["lost"].values()) - between
     out["received by capture"] = out["complete"] + out["incomplete"] + lost["leader"] + lost["rows_unknown"] + lost.get("frozen", 0)
@@ -101,7 +101,7 @@ def text(r):
     if "frames" not in r:
         return "soak: " + "; ".join(r["wrong"])
     f, m = r["frames"], r["memory"]
-    lines = [f"frames       {f['sent']} sent by the camera = {f['complete']} complete + {f['incomplete']} incomplete + " +
+    lines = [f"frames       {f['sent']} numbered by the camera = {f['complete']} complete + {f['incomplete']} incomplete + " +
              " + ".join(f"{n} {k}" for k, n in f["lost"].items() if n) + f" + {f['between streams']} between streams + {f['left over']} left over",
              f"             {f['received by capture']} received = {f['in chain']} in the chain + {f['refused inside']['queue_full']} queue full + {f['refused inside']['no_room']} no room + {f['left over inside']} left over"]
     for name, t in r["tspi"].items():

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "capture/camera_supervisor.hpp"
 #include "capture/frame_numbers.hpp"
@@ -77,6 +78,7 @@ struct CameraSource::State {
   int wrong_in_a_row{0};
   FrozenPicture pictures;
   bool frozen{false};
+  std::optional<Error> to_tell;            // of the frame that was handed out last
   std::int64_t lost_ns{0};
   PacketCounters packets_before;           // of sessions that ended
   PacketCounters packets;                  // of this one
@@ -104,6 +106,7 @@ Result<CameraSource> CameraSource::open(const CameraConfig& config) {
 
 CameraEvent CameraSource::poll(Duration timeout) {
   State& s = *state_;
+  if (s.to_tell) return CameraFault{*std::exchange(s.to_tell, std::nullopt)};
   if (!s.session) return wait_for_stream(timeout);
   if (!s.announced) return begin(std::move(s.session));
   if (auto changed = s.supervisor.changed()) return lose(LossReason::kSettings, changed->message());
@@ -200,9 +203,10 @@ CameraEvent CameraSource::handle(ArvBuffer* buffer, std::int64_t arrival_ns) {
   frame.info.missing_rows = static_cast<std::uint32_t>(miss_all(frame));
   frame.info.status = FrameStatus::kMissing;
   frame.image = {};
-  if (was_frozen) return frame;
-  return CameraFault{make_error(ErrorCode::kCorrupt, "camera " + s.config.address + ": frame " + std::to_string(frame.info.seq),
-                                "has the picture of the frames before, bit for bit, more than " + std::to_string(s.config.frozen_after) + " times")};
+  if (!was_frozen)
+    s.to_tell = make_error(ErrorCode::kCorrupt, "camera " + s.config.address + ": frame " + std::to_string(frame.info.seq),
+                           "has the picture of the frames before, bit for bit, more than " + std::to_string(s.config.frozen_after) + " times");
+  return frame;
 }
 
 /// Is this the picture of earlier frames? Of an incomplete one that cannot be said.

@@ -5,8 +5,8 @@
 ///   for (;;) std::visit(..., source->poll(Duration::from_ms(100)));
 ///
 /// Settings exposure and frame rate are read back four times a second; a camera that has changed them is opened, so set, again.
-/// Frozen   a picture that comes again bit by bit more often than `frozen_after` is not believed: CameraFault once, then missing
-///          frames until there is a new one.
+/// Frozen   a picture that comes again bit by bit more often than `frozen_after` is not believed: missing frames until there is a
+///          new one, and a CameraFault after the first of them.
 /// Events   CameraStarted comes before the first frame of each stream: numbers and clock of the camera may have changed, so
 ///          whoever fits them starts anew. CameraFrame: complete, partial (rows in `missing` hold nothing) or missing (only
 ///          seq, arrival and, where not 0, id and tick). CameraLost: the stream ended and is being opened again.

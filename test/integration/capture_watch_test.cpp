@@ -58,17 +58,20 @@ TEST(CaptureWatch, APictureThatComesAgainAndAgainIsNotBelieved) {
     ASSERT_TRUE(frame.has_value());
     EXPECT_EQ(frame->info.status, FrameStatus::kComplete);
   }
-  // THEN the next one is a fault, and those after it are frames without pixels
-  ASSERT_TRUE(rig.send(++id, one.view).sent);
-  const auto fault = rig.next<CameraFault>();
-  ASSERT_TRUE(fault.has_value());
-  EXPECT_NE(fault->error.what.find("bit for bit"), std::string::npos);
-  ASSERT_TRUE(rig.send(++id, one.view).sent);
-  auto frame = rig.next<CameraFrame>();
-  ASSERT_TRUE(frame.has_value());
-  EXPECT_EQ(frame->info.status, FrameStatus::kMissing);
-  EXPECT_EQ(frame->image.data, nullptr);
-  EXPECT_EQ(frame->info.seq, 5U);
+  // THEN those after them are frames without pixels, and the first of them is a fault
+  std::optional<CameraFrame> frame;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(rig.send(++id, one.view).sent);
+    frame = rig.next<CameraFrame>();
+    ASSERT_TRUE(frame.has_value());
+    EXPECT_EQ(frame->info.status, FrameStatus::kMissing);
+    EXPECT_EQ(frame->image.data, nullptr);
+    EXPECT_EQ(frame->info.seq, id);
+    if (i > 0) continue;
+    const auto fault = rig.next<CameraFault>();
+    ASSERT_TRUE(fault.has_value());
+    EXPECT_NE(fault->error.what.find("bit for bit"), std::string::npos);
+  }
   // WHEN the picture changes THEN all is well
   ASSERT_TRUE(rig.send(++id, two.view).sent);
   frame = rig.next<CameraFrame>();

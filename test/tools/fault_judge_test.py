@@ -23,7 +23,7 @@ def frames(n, bad=()):
 def run_of(sent, **service):
     s = {"frames_complete": len(sent), "frames_incomplete": 0, "frames_lost_by_cause": {"gap": 0, "leader": 0, "rows_unknown": 0, "queue_full": 0, "no_room": 0},
          "frames_in_chain": len(sent)} | service
-    return Run(sent, [], [], s, {"faults": []})
+    return Run(sent, [], [], s, {"faults": []}, numbered=sent)
 
 
 class Recovery(unittest.TestCase):
