@@ -116,6 +116,8 @@ $(call program,$(1)): $(call objects,$(1)) $(LIBS)
 	@$(CXX) $(LDFLAGS) $$^ $(LDLIBS) -o $$@
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$(m))))
+# Only learning needs a solver.
+$(B)/bin/cyclops-learn $(B)/test/unit-tests: LDLIBS += -lceres -lglog
 $(B)/test/unit-tests: $(call objects,$(UNIT_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/test/integration-tests: $(call objects,$(INTEG_SRC)) $(call objects,test/support.cpp) $(LIBS)
@@ -124,7 +126,17 @@ $(B)/test/gpio-tests: $(call objects,$(GPIO_SRC)) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lgtest -lgtest_main -o $@
 $(B)/bin/bench: $(call objects,$(BENCH_SRC)) $(call objects,test/support.cpp) $(LIBS)
 	@mkdir -p $(@D); echo "  link $@"; $(CXX) $(LDFLAGS) $^ $(LDLIBS) -lopencv_calib3d -lopencv_video -lopencv_features2d -o $@
--include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(GPIO_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp))
+# Peers: trackers of other people for `make evaluate`, each built when its library is there.
+PEERS := $(B)/bin/cyclops-peer-opencv $(if $(wildcard /usr/include/*/visp3/mbt/vpMbEdgeTracker.h),$(B)/bin/cyclops-peer-visp)
+$(B)/bin/cyclops-peer-opencv: PEER_LIBS := -lopencv_video
+$(B)/bin/cyclops-peer-visp: $(call objects,tools/peers/visp_edges.cpp tools/peers/wire_model.cpp)
+$(B)/obj/tools/peers/visp_edges.o: CXXFLAGS += -std=c++17
+$(B)/bin/cyclops-peer-visp: PEER_LIBS := -lvisp_mbt -lvisp_me -lvisp_core
+.SECONDARY: $(call objects,$(wildcard tools/peers/*.cpp))
+$(B)/bin/cyclops-peer-%: $(B)/obj/tools/peers/%_main.o $(call objects,tools/peers/peer.cpp) $(LIBS)
+	@mkdir -p $(@D); echo "  link $@"
+	@$(CXX) $(LDFLAGS) $(filter %.o,$^) $(LIBS) $(LDLIBS) $(PEER_LIBS) -o $@
+-include $(patsubst %.o,%.d,$(call objects,$(LIB_SRC) $(HIL_SRC) $(TOOL_SRC) $(UNIT_SRC) $(INTEG_SRC) $(GPIO_SRC) $(BENCH_SRC) $(FUZZ_SRC) $(MAINS) test/support.cpp $(wildcard tools/peers/*.cpp)))
 
 # --- doing the job -----------------------------------------------------------------------------------------------
 SCENARIO ?= config/scenarios/s1.toml
@@ -136,6 +148,13 @@ run: all ## fly a scenario through the whole rig (SCENARIO, PROFILE, FRAMES; 0: 
 .PHONY: corners
 corners: $(B)/bin/cyclops-render ## rendered against projected corners, measured by a fit that knows no camera
 	@$(B)/bin/cyclops-render --corners
+
+SEEDS ?= 101-120
+JOBS ?= $(shell nproc)
+.PHONY: evaluate peers
+evaluate: $(addprefix $(B)/bin/cyclops-,flight evaluate disturb) $(PEERS) ## every flight x profile x seed beside the goals: SEEDS=1-20 FLIGHTS=s1,s3 PROFILES=default,thesis-2007 JOBS=2 EVALUATE=--help
+	@/usr/bin/python3 tools/evaluate.py $(B) --seeds $(SEEDS) --jobs $(JOBS) $(if $(FLIGHTS),--flights $(FLIGHTS)) $(if $(PROFILES),--profiles $(PROFILES)) $(EVALUATE)
+peers: $(PEERS) ## other people's trackers behind the same tables: OpenCV, and ViSP when libvisp-mbt-dev is there (make deps-extra)
 
 FLIGHT ?=
 .PHONY: flights flights-verify flights-page thesis-table
@@ -159,6 +178,13 @@ faults: all build/flights/faults/manifest.toml ## every fault of the table on th
 	@/usr/bin/python3 tools/faults.py $(B) --only "$(ONLY)"
 soak: all build/flights/soak/manifest.toml ## random faults for MINUTES at FPS frames a second: does every counter balance, is memory flat?
 	@/usr/bin/python3 tools/soak.py $(B) --minutes $(MINUTES) --fps $(FPS) --seed $(SEED)
+
+LEARN ?= build/flights/s1@0-23
+LEARN_TEST ?= build/flights/s1@24-60 build/flights/s2 build/flights/s4
+LEARN_OUT ?= build/learnt.csv
+.PHONY: learn
+learn: $(B)/bin/cyclops-learn ## learn the tanker from flights (LEARN, LEARN_OUT) and try it on others (LEARN_TEST)
+	@$(B)/bin/cyclops-learn $(LEARN) --out $(LEARN_OUT) --strength $(LEARN_OUT:.csv=.json) --test $(LEARN_TEST) --figures $(LEARN_OUT:.csv=-test.json)
 
 check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
 	@test/check.sh $(B)

@@ -3,183 +3,100 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <numeric>
 
+#include "hil/junction.hpp"
 #include "hil/mesh_builder.hpp"
 
 namespace cyclops::hil {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kMostMisfit = 0.015;  // rms of the contrast
-constexpr double kNarrow = 0.3;        // rad; a thinner wedge has no sharp apex
+constexpr int kSide_px = 32;                            // of a drawing about one feature
+constexpr std::array kZooms{8, 16, 32, 64, 128, 256, 512, 1024};
+constexpr double kAgree_px = 0.05;                      // camera's pixels, between a zoom and the next
 
-struct Polygon {
-  std::array<Vec2, 12> p;
-  int n{0};
-};
-
-/// What of the polygon is on the left of the line through `on` along `a`.
-Polygon left_of(const Polygon& in, const Vec2& on, const Vec2& a) {
-  Polygon out;
-  const auto side = [&](const Vec2& q) { return a.x() * (q.y() - on.y()) - a.y() * (q.x() - on.x()); };
-  for (int i = 0; i < in.n; ++i) {
-    const Vec2 &p = in.p[static_cast<std::size_t>(i)], &q = in.p[static_cast<std::size_t>((i + 1) % in.n)];
-    const double s = side(p), t = side(q);
-    if (s >= 0) out.p[static_cast<std::size_t>(out.n++)] = p;
-    if ((s >= 0) != (t >= 0)) out.p[static_cast<std::size_t>(out.n++)] = p + (q - p) * (s / (s - t));
+/// The same body with a brightness of its own for each smooth face: an edge between two faces of one paint is then an edge of the drawing.
+/// `step` of the brightness from face to face, modulo 1.
+Mesh with_faces_apart(const Mesh& in, double step) {
+  struct Side { std::size_t triangle; Vec3 a, b; };
+  Mesh out = in;
+  std::vector<std::size_t> parent(in.triangles.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::map<std::array<std::uint32_t, 2>, std::vector<Side>> sides;
+  for (std::size_t i = 0; i < in.triangles.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Triangle& t = in.triangles[i];
+      const std::size_t l = (k + 1) % 3, low = t.vertex[k] < t.vertex[l] ? k : l, high = low == k ? l : k;
+      std::vector<Side>& there = sides[{t.vertex[low], t.vertex[high]}];
+      for (const Side& s : there)  // smooth across the edge: one normal at both of its ends
+        if (in.triangles[s.triangle].material == t.material && (s.a - t.normal[low]).norm() + (s.b - t.normal[high]).norm() < 1e-6) parent[root(i)] = root(s.triangle);
+      there.push_back({i, t.normal[low], t.normal[high]});
+    }
+  std::map<std::size_t, std::uint16_t> number;
+  out.materials.clear();
+  for (std::size_t i = 0; i < in.triangles.size(); ++i) {
+    const auto [at, fresh] = number.try_emplace(root(i), static_cast<std::uint16_t>(out.materials.size()));
+    if (fresh) out.materials.push_back({"face", static_cast<float>(0.15 + 0.8 * std::fmod(step * static_cast<double>(out.materials.size()), 1)), 0, false});
+    out.triangles[i].material = at->second;
   }
   return out;
 }
 
-double area(const Polygon& g) {
-  double sum = 0;
-  for (int i = 0; i < g.n; ++i) {
-    const Vec2 &p = g.p[static_cast<std::size_t>(i)], &q = g.p[static_cast<std::size_t>((i + 1) % g.n)];
-    sum += p.x() * q.y() - p.y() * q.x();
-  }
-  return 0.5 * sum;
-}
-
-/// Apex and the directions of both edges; the wedge goes counter-clockwise (v down: clockwise seen) from `from` to `to`, below pi.
-struct Wedge { double x, y, from, to; };
-
-double covered(const Wedge& w, double u, double v) {
-  Polygon pixel;
-  pixel.p = {Vec2(u - 0.5, v - 0.5), Vec2(u + 0.5, v - 0.5), Vec2(u + 0.5, v + 0.5), Vec2(u - 0.5, v + 0.5)};
-  pixel.n = 4;
-  const Vec2 apex(w.x, w.y);
-  return area(left_of(left_of(pixel, apex, {std::cos(w.from), std::sin(w.from)}), apex, {-std::cos(w.to), -std::sin(w.to)}));
-}
-
-struct Window {
-  std::vector<Vec2> at;
-  std::vector<double> value;
-};
-
-/// Residuals after the best two levels; returns rms over the contrast.
-double misfit(const Window& window, const Wedge& w, std::vector<double>& residual) {
-  const auto n = static_cast<double>(window.at.size());
-  std::vector<double> c(window.at.size());
-  double sc = 0, scc = 0, sv = 0, scv = 0;
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    c[i] = covered(w, window.at[i].x(), window.at[i].y());
-    sc += c[i], scc += c[i] * c[i], sv += window.value[i], scv += c[i] * window.value[i];
-  }
-  const double d = n * scc - sc * sc;
-  if (d < 1e-6) return 1e9;
-  const double gain = (n * scv - sc * sv) / d, offset = (sv - gain * sc) / n;
-  if (std::fabs(gain) < 0.02) return 1e9;
-  residual.resize(c.size());
-  double sum = 0;
-  for (std::size_t i = 0; i < c.size(); ++i) residual[i] = (window.value[i] - offset - gain * c[i]) / gain, sum += residual[i] * residual[i];
-  return std::sqrt(sum / n);
-}
-
-Wedge moved(const Wedge& w, int k, double by) {
-  Wedge m = w;
-  (k == 0 ? m.x : k == 1 ? m.y : k == 2 ? m.from : m.to) += by;
-  return m;
-}
-
-double refine(const Window& window, Wedge& w) {
-  std::vector<double> r, plus;
-  double best = misfit(window, w, r), damping = 1e-3;
-  for (int pass = 0; pass < 30 && best < 1e8; ++pass) {
-    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d g = Eigen::Vector4d::Zero();
-    Eigen::MatrixXd J(static_cast<Eigen::Index>(r.size()), 4);
-    constexpr double kStep = 1e-4;
-    for (int k = 0; k < 4; ++k) {
-      if (misfit(window, moved(w, k, kStep), plus) > 1e8) return best;
-      for (std::size_t i = 0; i < r.size(); ++i) J(static_cast<Eigen::Index>(i), k) = (plus[i] - r[i]) / kStep;
-    }
-    N = J.transpose() * J;
-    g = J.transpose() * Eigen::Map<Eigen::VectorXd>(r.data(), static_cast<Eigen::Index>(r.size()));
-    N.diagonal() *= 1 + damping;
-    const Eigen::Vector4d step = N.ldlt().solve(-g);
-    if (!step.allFinite()) break;
-    const Wedge next{w.x + step[0], w.y + step[1], w.from + step[2], w.to + step[3]};
-    const double now = misfit(window, next, plus);
-    if (now < best) {
-      const bool done = step.norm() < 1e-6;
-      w = next, best = now, damping *= 0.3;
-      misfit(window, w, r);
-      if (done) break;
-    } else {
-      damping *= 8;
-      if (damping > 1e6) break;
-    }
-  }
-  return best;
-}
-
-}  // namespace
-
-namespace {
-
-/// The wedge that fits a window of 2 reach + 1 pixels, if one does.
-std::optional<Vec2> fitted(const std::vector<float>& image, int width, int height, const Vec2& guess, int reach) {
-  const int u0 = static_cast<int>(std::lround(guess.x())), v0 = static_cast<int>(std::lround(guess.y()));
-  if (u0 < reach || v0 < reach || u0 >= width - reach || v0 >= height - reach) return std::nullopt;
-  Window window;
-  for (int v = v0 - reach; v <= v0 + reach; ++v)
-    for (int u = u0 - reach; u <= u0 + reach; ++u) {
-      window.at.emplace_back(u - u0, v - v0);
-      window.value.push_back(image[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)]);
-    }
-  constexpr int kTurns = 24;
-  struct Start { double misfit; Wedge wedge; };
-  std::vector<Start> starts;
-  std::vector<double> unused;
-  for (int a = 0; a < kTurns; ++a)
-    for (int b = 1; b < kTurns / 2; ++b) {
-      const Wedge w{0, 0, 2 * kPi * a / kTurns, 2 * kPi * (a + b) / kTurns};
-      starts.push_back({misfit(window, w, unused), w});
-    }
-  std::partial_sort(starts.begin(), starts.begin() + 3, starts.end(), [](const Start& x, const Start& y) { return x.misfit < y.misfit; });
-  double best = 1e9;
-  Wedge found{};
-  for (int i = 0; i < 3; ++i) {
-    Wedge w = starts[static_cast<std::size_t>(i)].wedge;
-    if (const double m = refine(window, w); m < best) best = m, found = w;
-  }
-  const double opening = found.to - found.from;
-  if (best > kMostMisfit || opening < kNarrow || opening > kPi - kNarrow || std::max(std::fabs(found.x), std::fabs(found.y)) > reach - 1) return std::nullopt;
-  return Vec2(u0 + found.x, v0 + found.y);
-}
-
-}  // namespace
-
-std::optional<Vec2> wedge_apex(const std::vector<float>& image, int width, int height, const Vec2& guess) {
-  const auto wide = fitted(image, width, height, guess, 6);
-  if (wide) return wide;
-  const auto middle = fitted(image, width, height, guess, 4), narrow = fitted(image, width, height, guess, 3);
-  if (middle && narrow && (*middle - *narrow).norm() < 0.1) return middle;  // two windows of one edge pair agree
-  return std::nullopt;
-}
-
-std::vector<CornerError> feature_corners(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const TankerModel& model, int zoom) {
+/// How far from the middle of a drawing about `raw_px` the junction there lies.
+struct Offset { Vec2 px; double sigma_px; };
+std::optional<Offset> offset_at(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const Vec2& raw_px, int zoom) {
+  constexpr double kMiddle = 0.5 * (kSide_px - 1);
   Look look;
   look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
-  const Renderer renderer(Camera(intrinsics, {}), mesh, look, 1);
-  std::vector<CornerError> out;
-  for (const FeatureTruth& t : renderer.truth(view, model)) {
+  Intrinsics near = intrinsics;  // the same rays, `zoom` pixels in place of one
+  near.width = near.height = kSide_px;
+  near.fx_px *= zoom, near.fy_px *= zoom;
+  near.cx_px = kMiddle + zoom * (intrinsics.cx_px - raw_px.x());
+  near.cy_px = kMiddle + zoom * (intrinsics.cy_px - raw_px.y());
+  std::vector<float> paint;
+  Renderer(Camera(near, {}), mesh, look, 1).draw(view, Drawing::kPaint, paint);
+  const auto found = fit_junction(paint, kSide_px, kSide_px, {kMiddle, kMiddle});
+  if (!found) return std::nullopt;
+  return Offset{(found->apex_px - Vec2(kMiddle, kMiddle)) / zoom, found->sigma_px / zoom};
+}
+
+}  // namespace
+
+std::vector<FeatureCorner> feature_corners(const Intrinsics& intrinsics, const Mesh& mesh, const View& view, const TankerModel& model) {
+  Look look;
+  look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
+  const std::array drawings{mesh, with_faces_apart(mesh, 0.618034), with_faces_apart(mesh, 0.414214)};  // two: neighbours may be alike in one
+  std::vector<FeatureCorner> out;
+  for (const FeatureTruth& t : Renderer(Camera(intrinsics, {}), mesh, look, 1).truth(view, model)) {
     if (!t.visible || t.doubtful) continue;
-    Intrinsics near = intrinsics;  // the same rays, `zoom` pixels in place of one, around the feature
-    near.width = near.height = 32;
-    near.fx_px *= zoom, near.fy_px *= zoom;
-    near.cx_px = 15.5 + zoom * (intrinsics.cx_px - t.raw_px.x());
-    near.cy_px = 15.5 + zoom * (intrinsics.cy_px - t.raw_px.y());
-    std::vector<float> paint;
-    Renderer(Camera(near, {}), mesh, look, 1).draw(view, Drawing::kPaint, paint);
-    if (const auto apex = wedge_apex(paint, near.width, near.height, {15.5, 15.5})) out.push_back({t.id, (*apex - Vec2(15.5, 15.5)).norm() / zoom});
+    FeatureCorner corner{t.id};
+    for (const Mesh& drawn : drawings) {
+      std::optional<Offset> wider;
+      for (const int zoom : kZooms) {
+        const auto here = offset_at(intrinsics, drawn, view, t.raw_px, zoom);
+        if (wider && here && (wider->px - here->px).norm() < kAgree_px) {
+          corner = {t.id, wider->px.norm(), wider->sigma_px, zoom / 2, &drawn != &drawings[0]};
+          break;
+        }
+        wider = here;
+      }
+      if (corner.px) break;
+    }
+    out.push_back(corner);
   }
   return out;
 }
 
-std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double range_m) {
+std::vector<BoardCorner> board_corners(const Camera& camera, double range_m, double parallax_mm) {
   constexpr int kSide = 6;
+  const Intrinsics& intrinsics = camera.intrinsics();
   const double span = 0.5 * intrinsics.width / intrinsics.fx_px * range_m, half = 0.26 * span / kSide;
   MeshBuilder b;
   const std::uint16_t white = b.material({"white", 1.0F, 0, false});
@@ -198,16 +115,18 @@ std::vector<CornerError> board_corners(const Intrinsics& intrinsics, double rang
     }
   Look look;
   look.sky.uniform_cdm2 = 0, look.light.uniform_cdm2 = 1;
-  const Camera camera(intrinsics, {});
+  look.optics.windscreen_parallax_mm = parallax_mm;
   const Renderer renderer(camera, b.mesh(), look, 1);
   View view;
   view.T_c_m = {Rotation<frame::C, frame::M>(), Point<frame::C>(0.01, 0.02, range_m)};
   std::vector<float> mask;
   renderer.draw(view, Drawing::kMask, mask);
-  std::vector<CornerError> out;
+  std::vector<BoardCorner> out;
   for (const Vec3& c : corners_m) {
-    const Vec2 uv = *camera.project(view.T_c_m * Point<frame::M>(c));
-    if (const auto apex = wedge_apex(mask, intrinsics.width, intrinsics.height, uv)) out.push_back({static_cast<std::int32_t>(out.size()), (*apex - uv).norm()});
+    const Point<frame::C> p = view.T_c_m * Point<frame::M>(c);
+    const Vec2 uv = *renderer.project(p);
+    if (const auto found = fit_junction(mask, intrinsics.width, intrinsics.height, uv, 6, 2))
+      out.push_back({static_cast<std::int32_t>(out.size()), (found->apex_px - uv).norm(), found->apex_px, p});
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include "hil/made_up_windscreen.hpp"
@@ -26,20 +27,33 @@ Intrinsics lens(double focal_mm) {
   return k;
 }
 
-void say(const char* what, double focal_mm, double range_ft, std::vector<CornerError> all) {
-  if (all.empty()) { std::printf("%-8s %5.1f mm %4.0f ft  no corner is a wedge\n", what, focal_mm, range_ft); return; }
-  std::sort(all.begin(), all.end(), [](const CornerError& a, const CornerError& b) { return a.px < b.px; });
-  std::printf("%-8s %5.1f mm %4.0f ft  %3zu corners  median %.3f  90 %% %.3f  worst %.3f px (%d)\n", what, focal_mm, range_ft, all.size(), all[all.size() / 2].px, all[all.size() * 9 / 10].px, all.back().px, all.back().id);
+double error(const BoardCorner& c) { return c.px; }
+double error(const FeatureCorner& c) { return *c.px; }
+
+template <class Corner>
+void say(const char* what, double focal_mm, double range_ft, std::vector<Corner> all) {
+  std::printf("%-8s %5.1f mm %4.0f ft  ", what, focal_mm, range_ft);
+  if (all.empty()) { std::printf("no corner was found\n"); return; }
+  std::sort(all.begin(), all.end(), [](const Corner& a, const Corner& b) { return error(a) < error(b); });
+  std::printf("%3zu corners  median %.3f  90 %% %.3f  worst %.3f px (%d)\n", all.size(), error(all[all.size() / 2]), error(all[all.size() * 9 / 10]), error(all.back()), all.back().id);
 }
 
-void measure(const Mesh& mesh, const TankerModel& model, const Vec3& reference_in) {
+/// Every visible, scored feature: in the figures, or by name and elevation among those that were not found.
+void measure(const Mesh& mesh, const TankerModel& model, const Vec3& reference_in, bool each) {
   for (const double focal : {12.5, 25.0})
     for (const double range : {300.0, 75.0, 35.0}) {
-      std::vector<CornerError> features;
+      std::vector<FeatureCorner> features;
+      std::string missing;
       for (const double el : {-12.0, -18.0})
-        for (const CornerError& e : feature_corners(lens(focal), mesh, level_view(range, el, 0, reference_in), model, 8)) features.push_back(e);
-      say("board", focal, range, board_corners(lens(focal), range * 0.3048));
+        for (const FeatureCorner& c : feature_corners(lens(focal), mesh, level_view(range, el, 0, reference_in), model)) {
+          if (c.px) features.push_back(c);
+          else missing += fmt::format("  {} at {:.0f} deg", c.id, el);
+          if (each && c.px) std::printf("  %2d at %.0f deg  %.4f px +- %.4f, zoom %d, by %s\n", c.id, el, *c.px, c.sigma_px, c.zoom, c.by_faces ? "faces" : "paint");
+        }
+      say("board", focal, range, board_corners(Camera(lens(focal), {}), range * 0.3048));
+      say("+screen", focal, range, board_corners(Camera(lens(focal), made_up_windscreen(1024, 1024, 1).value()), range * 0.3048, 2));
       say("tanker", focal, range, features);
+      if (!missing.empty()) std::printf("         no corner found:%s\n", missing.c_str());
     }
 }
 
@@ -76,10 +90,11 @@ int main(int argc, char** argv) {
   std::string picture, table = "config/c12/tanker.csv", file;
   TankerMeshConfig shape;
   std::vector<double> reference{511, 0, 123};
-  bool corners = false, times = false;
+  bool corners = false, each = false, times = false;
   double range = 75, elevation = -15, azimuth = 0, focal = 12.5, gamma = 1;
   app.add_option("--picture", picture, "PNG to write, 8 bits");
   app.add_flag("--corners", corners, "rendered against projected corners, a table");
+  app.add_flag("--each", each, "with --corners: every feature on a line");
   app.add_flag("--times", times, "thread time a frame, a table");
   app.add_option("--look", file, "TOML with [light] [sky] [optics] [sensor]");
   app.add_option("--tanker", table, "feature table")->capture_default_str();
@@ -105,7 +120,7 @@ int main(int argc, char** argv) {
   const Vec3 reference_in(reference[0], reference[1], reference[2]);
   const auto mesh = tanker_mesh(shape, *model);
   if (!mesh.ok()) return fail(mesh.error());
-  if (corners) measure(*mesh, *model, reference_in);
+  if (corners) measure(*mesh, *model, reference_in, each);
   if (times) time_frames(*mesh, *model, look, reference_in);
   if (picture.empty()) return 0;
   const Renderer renderer(Camera(lens(focal), made_up_windscreen(1024, 1024, 1).value()), *mesh, look, 1);

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """flight_look.py FLIGHT [--sheet FILE.png] [--video FILE.mp4] [--truth] [--types DIR]
 
-Pictures of a flight for people: a contact sheet of twelve frames, a video (needs ffmpeg: make deps-extra), each with or without
-the true features drawn on it. Counts are shown with gamma 2.2 from 0 to full scale, the same for every flight.
+Pictures of a flight for people: a contact sheet of twelve frames, a video (needs ffmpeg: make deps-extra), each of the whole frame or
+of the tanker with its true features. Counts are shown with gamma 2.2 from 0 to full scale, the same for every flight.
 """
 import argparse
 import os
@@ -18,15 +18,24 @@ import flight_frames
 
 
 def picture(flight, number, width, truth):
+    """The whole frame, or with truth the part about the tanker: on the whole frame the rings would hide it."""
     frame_id, counts = flight.frame(number)
-    scale = width / counts.shape[1]
-    image = flight_frames.shown(counts).resize((width, round(counts.shape[0] * scale)), Image.Resampling.BOX if scale < 1 else Image.Resampling.BICUBIC).convert("RGB")
+    image = flight_frames.shown(counts)
+    left, top, across, down = flight.about_tanker(frame_id, image.width, image.height) if truth else (0, 0, image.width, image.height)
+    scale = width / across
+    size = width, 2 * round(down * scale / 2)  # even, for the video
+    if not truth and scale < 1:
+        image = image.resize(size, Image.Resampling.BOX)
+    else:
+        image = image.transform(size, Image.Transform.EXTENT, (left, top, left + across, top + down), Image.Resampling.BICUBIC)
+    image = image.convert("RGB")
     if truth:
-        flight.draw_truth(image, frame_id, scale)
+        flight.draw_truth(image, frame_id, scale, left, top)
     return frame_id, image
 
 
-def contact_sheet(flight, path, truth, columns=4, count=12, width=400):
+def contact_sheet(flight, path, truth, count=12):
+    columns, width = (3, 600) if truth else (4, 400)
     picks = np.unique(np.linspace(0, len(flight) - 1, count).astype(int))
     tiles = [picture(flight, int(n), width, truth) for n in picks]
     height = tiles[0][1].height
@@ -38,9 +47,10 @@ def contact_sheet(flight, path, truth, columns=4, count=12, width=400):
     sheet.save(path)
 
 
-def video(flight, path, truth, rate_hz, width=768):
+def video(flight, path, truth, rate_hz):
     if not shutil.which("ffmpeg"):
         sys.exit("flight_look.py: ffmpeg is missing (make deps-extra)")
+    width = 960 if truth else 768
     _, first = picture(flight, 0, width, truth)
     command = ["ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{first.width}x{first.height}", "-r", f"{rate_hz:g}", "-i", "-",
                "-c:v", "libx264", "-crf", "21", "-preset", "veryfast", "-pix_fmt", "yuv420p", "-movflags", "+faststart", path]

@@ -25,11 +25,11 @@ class Run {
         publisher_(rig, sink),
         out_(std::make_unique<FrameOutput>()) {}
 
-  Result<OfflineResult> all(const std::function<void(double)>& progress) {
+  Result<OfflineResult> all(const std::function<void(double)>& progress, std::int64_t most_frames) {
     // As the service does when the camera starts on the bench; a recorded flight says itself when that was.
     if (flight_.manifest().origin != "recorded") front_.restart(Time{INT64_MIN});
     record::LogEvent event;
-    while (true) {
+    while (result_.frames_out < most_frames) {
       auto more = flight_.next(event);
       if (!more.ok()) return more.error();
       if (!*more) break;
@@ -38,7 +38,7 @@ class Run {
       if (progress && event.channel == channel::kFrame)
         progress(static_cast<double>(result_.frames) / static_cast<double>(std::max<std::int64_t>(1, flight_.manifest().frames)));
     }
-    front_.flush();
+    if (result_.frames_out < most_frames) front_.flush();
     CYCLOPS_TRY(drain());
     return result_;
   }
@@ -113,10 +113,10 @@ class Run {
 }  // namespace
 
 Result<OfflineResult> run_offline(const std::string& folder, const Profile& profile, const std::string& log,
-                                  const std::function<void(double)>& progress, const FrameObserver& observe) {
+                                  const std::function<void(double)>& progress, const FrameObserver& observe, const OfflineOptions& options) {
   auto flight = FlightReader::open(folder);
   if (!flight.ok()) return flight.error();
-  auto rig = Rig::load(flight->path("rig.toml"));
+  auto rig = Rig::load(flight->path("rig.toml"), options.tanker);
   if (!rig.ok()) return rig.error();
   auto writer = record::EventLogWriter::create(log);
   if (!writer.ok()) return writer.error();
@@ -124,7 +124,7 @@ Result<OfflineResult> run_offline(const std::string& folder, const Profile& prof
   const FlightManifest manifest = flight->manifest();
   const auto begin = std::chrono::steady_clock::now();
   auto run = std::make_unique<Run>(std::move(flight).value(), *rig, profile, sink, observe);
-  auto result = run->all(progress);
+  auto result = run->all(progress, options.most_frames);
   if (!result.ok()) return result;
   CYCLOPS_TRY(sink.close());
   result->run_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -1,6 +1,7 @@
 #pragma once
 /// A flight through the same stages as the service, without a socket, clock or thread: same bits at every run.
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,9 +27,14 @@ struct OfflineResult {
 /// Sees each frame after the chain; the image is empty when its pixels are missing. Both are gone after the call.
 using FrameObserver = std::function<void(const Rig&, const FrameOutput&, const ImageView&)>;
 
+struct OfflineOptions {
+  std::string tanker{};                   ///< a model file to use instead of the flight's own
+  std::int64_t most_frames{std::numeric_limits<std::int64_t>::max()};  ///< ends early after so many
+};
+
 /// Results go to `log`, an event log as the service's messages would make it. `progress` is told the share done, or empty.
 Result<OfflineResult> run_offline(const std::string& flight, const Profile& profile, const std::string& log,
-                                  const std::function<void(double)>& progress, const FrameObserver& observe = {});
+                                  const std::function<void(double)>& progress, const FrameObserver& observe = {}, const OfflineOptions& options = {});
 
 /// Measurements as a table: frame, times, id, accepted, reason, pixels, metres, covariance, innovation, NIS.
 /// `logs`: the parts of one log. Returns the number of rows.

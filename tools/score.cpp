@@ -12,7 +12,6 @@
 #include <cyclops/prediction_set_t.hpp>
 #include <cyclops/nav_state_t.hpp>
 #include <cyclops/track_set_t.hpp>
-#include <cyclops/truth_t.hpp>
 
 #include "record/event_log.hpp"
 #include "record/flight.hpp"
@@ -32,6 +31,8 @@ double quantile(std::vector<double>& sorted, double q) {
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(q * static_cast<double>(sorted.size())))];
 }
 
+}  // namespace
+
 json distribution(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   double sum = 0;
@@ -44,6 +45,8 @@ json distribution(std::vector<double> values) {
           {"p99", quantile(values, 0.99)},
           {"max", n == 0 ? 0 : values.back()}};
 }
+
+namespace {
 
 double share(std::int64_t part, std::int64_t whole) { return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole); }
 
@@ -86,23 +89,6 @@ Result<ByTime> read_published(const std::string& path) {
   }
 }
 
-Result<std::vector<truth_t>> read_truth(const std::string& flight) {
-  std::vector<truth_t> out;
-  if (auto whole = FlightReader::open(flight); !whole.ok()) return whole.error();
-  auto log = record::EventLog::open((std::filesystem::path(flight) / "messages.lcm").string());
-  if (!log.ok()) return log.error();
-  record::LogEvent event;
-  while (true) {
-    const auto more = log->next(event);
-    if (!more.ok()) return more.error();
-    if (!*more) return out;
-    truth_t m;
-    if (event.channel != "TRUTH") continue;
-    if (!decode(event, m)) return make_error(ErrorCode::kCorrupt, flight + "/messages.lcm", "TRUTH is damaged or of another version of truth_t: make or import the flight again");
-    out.push_back(m);
-  }
-}
-
 void fill(Scored& s, const Messages& m, const truth_t& truth) {
   for (const auto& p : m.prediction.items)
     if (p.id == s.id && p.visibility != prediction_t::BEHIND_CAMERA && p.visibility != prediction_t::DISABLED &&
@@ -133,13 +119,30 @@ void fill(Scored& s, const Messages& m, const truth_t& truth) {
 
 }  // namespace
 
+Result<std::vector<truth_t>> flight_truth(const std::string& flight) {
+  std::vector<truth_t> out;
+  if (auto whole = FlightReader::open(flight); !whole.ok()) return whole.error();
+  auto log = record::EventLog::open((std::filesystem::path(flight) / "messages.lcm").string());
+  if (!log.ok()) return log.error();
+  record::LogEvent event;
+  while (true) {
+    const auto more = log->next(event);
+    if (!more.ok()) return more.error();
+    if (!*more) return out;
+    truth_t m;
+    if (event.channel != "TRUTH") continue;
+    if (!decode(event, m)) return make_error(ErrorCode::kCorrupt, flight + "/messages.lcm", "TRUTH is damaged or of another version of truth_t: make or import the flight again");
+    out.push_back(m);
+  }
+}
+
 double Scored::measured_error() const { return std::hypot(u - true_u, v - true_v); }
 double Scored::predicted_error() const { return std::hypot(predicted_u - true_u, predicted_v - true_v); }
 
 Result<Run> load_run(const std::string& flight, const std::string& log) {
   auto published = read_published(log);
   if (!published.ok()) return published.error();
-  auto truths = read_truth(flight);
+  auto truths = flight_truth(flight);
   if (!truths.ok()) return truths.error();
   Run run;
   for (const auto& [t, m] : *published) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include <cyclops/truth_t.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/result.hpp"
@@ -49,6 +50,11 @@ struct Run {                    ///< what a log of published messages says
   std::int64_t frames_with_truth{0};
   std::int64_t t_first_ns{0}, t_last_ns{0};
 };
+
+/// n, mean, median, p95, p99 and max; zeros when there is no value.
+nlohmann::json distribution(std::vector<double> values);
+/// All of a flight's TRUTH, in the order of the log. Error: not a flight, or truth of another version.
+Result<std::vector<truth_t>> flight_truth(const std::string& flight);
 
 /// `flight`: folder with TRUTH; `log`: event log with FRAME, PREDICTION, MEASUREMENT, TRACK.
 Result<Run> load_run(const std::string& flight, const std::string& log);

@@ -9,11 +9,13 @@ import argparse
 import csv
 import json
 import os
-import re
 import subprocess
 import sys
 
 import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import profile_text
 
 PROFILE = "config/thesis-2007.toml"
 RUNS = {  # name: flight, filter, (alpha, beta), gate px
@@ -29,12 +31,8 @@ def profile(path, filter_name, gains, gate):
     values = {"filter": f'"{filter_name}"', "gate_px": f"{gate:.1f}"}
     if gains:
         values |= {"alpha": str(gains[0]), "beta": str(gains[1])}
-    for key, value in values.items():
-        text, n = re.subn(rf'^{key} = [^\s#]+', f"{key} = {value}", text, flags=re.M)
-        if n != 1:
-            sys.exit(f"thesis_table.py: {PROFILE} has {n} lines for {key}, expected one")
     with open(path, "w") as file:
-        file.write(text)
+        file.write(profile_text.changed(text, values, PROFILE))
 
 
 class Run:

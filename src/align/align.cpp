@@ -5,12 +5,14 @@
 #include <cmath>
 #include <optional>
 
+#include "align/common_error.hpp"
 #include "align/pose_track.hpp"
 
 namespace cyclops {
 namespace {
 
 using align::CameraPose;
+using align::CommonError;
 using align::difference;
 using align::moved;
 using align::PoseTrack;
@@ -27,11 +29,14 @@ constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 constexpr double kScatterWorth = 5; // residuals that the first guess of a feature's scatter is worth
 constexpr double kTooFar_m = 1e4;
 
+/// Share of the features in view that found a corner.
+double support(const Alignment& a) { return static_cast<double>(a.inliers) / std::max(1.0, static_cast<double>(a.considered)); }
+
 }  // namespace
 
 struct Aligner::State {
   State(const AlignConfig& c, const TankerModel& m, const Camera& k, const Pose<frame::C, frame::R>& mount, double b)
-      : config(c), model(m), camera(k), T_c_r(mount), boresight(b), track(config, k, body) {
+      : config(c), model(m), camera(k), T_c_r(mount), boresight(b), track(config, k, body), common(config) {
     const std::size_t n = std::min(model.features().size(), kMaxFeatures);
     body.reserve(n);
     for (const Feature& f : model.features()) body.push_back(model.in_body(f));
@@ -53,6 +58,7 @@ struct Aligner::State {
 
   Prior nav;                           // of this frame
   PoseTrack track;
+  CommonError common;
   Problem problem;
   std::vector<Reading> readings;
   struct Residual {
@@ -71,6 +77,7 @@ struct Aligner::State {
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
   void refine(const Prior& prior, const Vec6& start, Alignment& out);
   void add_edges(const CameraPose& pose, double slack_px, Mat6& H, Vec6& g) const;
+  [[nodiscard]] double median_residual_px();
   void learn(const Alignment& out);
   void compare_with_navigation(Alignment& out) const;
   void place(const CameraPose& pose, const Mat6& P, double common_px, PredictionSet& predicted) const;
@@ -194,6 +201,15 @@ void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& ou
   out.T_c_k = moved(prior.T, d);
   out.covariance = H.inverse();
   out.considered = static_cast<std::uint32_t>(problem.seen.size());
+  out.residual_px = median_residual_px();
+  out.common_px = common.sigma_px(support(out), out.residual_px);
+}
+
+double Aligner::State::median_residual_px() {
+  if (residuals.empty()) return 0;
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end(), [](const Residual& a, const Residual& b) { return a.square_px2 < b.square_px2; });
+  return std::sqrt(middle->square_px2);
 }
 
 /// Two places on each proven edge, known across it only. Weights as for corners, but with some slack in the first steps: edges are
@@ -235,6 +251,7 @@ void Aligner::State::learn(const Alignment& out) {
     v = std::max(v, config.scatter_floor_px * config.scatter_floor_px);
   }
   track.learn(out.T_c_k);
+  common.learn(support(out), out.residual_px);
 }
 
 Aligner::Aligner(const AlignConfig& config, const TankerModel& model, const Camera& camera, const Pose<frame::C, frame::R>& T_c_r,
@@ -246,6 +263,7 @@ void Aligner::reset() {
   s_->scatter.assign(s_->scatter.size(), s_->config.corner_sigma_px * s_->config.corner_sigma_px);
   s_->scatter_frames.assign(s_->scatter_frames.size(), 0);
   s_->track.reset();
+  s_->common.reset();
 }
 
 bool Aligner::predict(Time t_mid, const RelativeState* nav) {
@@ -296,7 +314,7 @@ void Aligner::learn(const Alignment& alignment) {
 double Aligner::corner_variance_px2(std::uint16_t feature) const { return s_->scatter[feature]; }
 
 void Aligner::apply(const Alignment& alignment, PredictionSet& predicted) const {
-  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, s_->config.common_px, predicted);
+  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, alignment.common_px, predicted);
 }
 
 void Aligner::widen(PredictionSet& predicted) const {
@@ -311,9 +329,9 @@ void Aligner::State::place(const CameraPose& pose, const Mat6& P, double common_
       p.visibility = Visibility::kBehindCamera;
       continue;
     }
-    const double survey = model.features()[p.feature].sigma_m;
+    const Mat3 survey = TankerModel::covariance_in_camera(model.features()[p.feature], pose.rotation().matrix());
     p.uv_px = at->uv;
-    p.cov_px2 = at->by_pose * P * at->by_pose.transpose() + survey * survey * at->by_point * at->by_point.transpose() + common_px * common_px * Mat2::Identity();
+    p.cov_px2 = at->by_pose * P * at->by_pose.transpose() + at->by_point * survey * at->by_point.transpose() + common_px * common_px * Mat2::Identity();
     p.visibility = camera.inside(at->uv) ? Visibility::kVisible : Visibility::kOutsideImage;
   }
 }

@@ -18,7 +18,10 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("min_support", 0.0, 1.0, c.min_support);
   t.read_in("inlier_px", 0.1, 50.0, c.inlier_px);
   t.read_in("robust_scale", 0.5, 20.0, c.robust_scale);
-  t.read_in("common_px", 0.0, 10.0, c.common_px);
+  t.read_in("common_share", 0.0, 10.0, c.common_share);
+  t.read_in("sure_support", 0.0, 1.0, c.sure_support);
+  t.read_in("doubtful_support", 0.0, 1.0, c.doubtful_support);
+  t.read_in("common_floor_px", 0.0, 10.0, c.common_floor_px);
   t.read_in("track_floor_px", 0.1, 50.0, c.track_floor_px);
   t.read_in("track_growth_px_s", 0.0, 1e3, c.track_growth_px_s);
   t.read_in("track_bonus", 0.0, 100.0, c.track_bonus);

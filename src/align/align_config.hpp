@@ -20,7 +20,10 @@ struct AlignConfig {
   double min_support{0.3};        ///< and this share of the features in view
   double inlier_px{3.0};          ///< radius within which a corner supports the final pose
   double robust_scale{1.5};       ///< residuals beyond this many sigma lose their weight
-  double common_px{0.3};          ///< error that corners of one frame may share (light, blur, survey): part of every aligned prediction
+  double common_share{0.4};       ///< error that the features of a frame share, as a share of a corner's typical distance from the pose,
+  double sure_support{0.62};      ///< when this share of the features in view finds its corner and more;
+  double doubtful_support{0.45};  ///< all of that distance when only this share does; between them in proportion
+  double common_floor_px{0.05};   ///< least 1 sigma of that error
   double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
   double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus
   double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose

@@ -46,6 +46,7 @@ std::size_t peaks_of(int width, int height, int radius) {  // two maxima are mor
 }
 
 constexpr int kNoiseHalf = 15;  // of the square whose noise counts for a single corner
+constexpr std::uint32_t kClippedArea = 5;  // fewer saturated pixels are a defect or a glint
 
 }  // namespace
 
@@ -93,8 +94,10 @@ void CornerDetector::detect_near(const ImageView& image, const RowMask* missing,
     if (!fine.converged || (fine.uv_px - p.uv_px).norm() > config_.near_px) continue;
     if (larger_sigma(fine.cov_px2) > config_.near_sigma_px) continue;
     const int fu = static_cast<int>(std::lround(fine.uv_px.x())), fv = static_cast<int>(std::lround(fine.uv_px.y()));
-    if (!readable(image, missing, facts, fu, fv, refiner_.reach())) continue;
+    const Support around_corner = support(image, missing, facts, fu, fv, refiner_.reach());
+    if (around_corner == Support::kUnreadable) continue;
     Corner corner{fine.uv_px, fine.cov_px2, 0, true};
+    clip(around_corner, corner);
     corner.feature = p.feature;
     if (!out.items.try_push_back(corner)) ++out.overflow;
   }
@@ -115,7 +118,7 @@ void CornerDetector::search_box(const ImageView& image, const RowMask* missing, 
   const double least = threshold(result, box);
   const auto end = std::remove_if(peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(result.peaks), [&](const Peak& p) {
     return !(p.measure > least) || p.measure < floor_noise * noise_variance(image, facts, p) ||
-           !readable(image, missing, facts, p.u, p.v, config_.gaussian_size / 2 + 1);
+           support(image, missing, facts, p.u, p.v, config_.gaussian_size / 2 + 1) == Support::kUnreadable;
   });
   const std::size_t n = keep_strongest(peaks_.data(), static_cast<std::size_t>(end - peaks_.begin()),
                                        static_cast<std::size_t>(config_.max_corners_per_box), out);
@@ -144,10 +147,18 @@ double CornerDetector::threshold(const KernelResult& result, const PixelRect& bo
   return std::max({config_.threshold_factor * mean, config_.floor_counts2, 0.0});
 }
 
-bool CornerDetector::readable(const ImageView& image, const RowMask* missing, const BoxFacts& facts, int u, int v, int reach) const {
-  if (missing == nullptr && !facts.saturated) return true;
+CornerDetector::Support CornerDetector::support(const ImageView& image, const RowMask* missing, const BoxFacts& facts, int u, int v, int reach) const {
+  if (missing == nullptr && !facts.saturated) return Support::kClear;
   const PixelRect around = PixelRect{u - reach, v - reach, u + reach + 1, v + reach + 1}.within(whole(image));
-  return count_missing(missing, around) == 0 && (!facts.saturated || count_saturated(image, missing, around, saturation_) == 0);
+  if (count_missing(missing, around) > 0) return Support::kUnreadable;
+  const std::uint32_t saturated = facts.saturated ? count_saturated(image, missing, around, saturation_) : 0;
+  if (saturated == 0) return Support::kClear;
+  return saturated < kClippedArea || config_.saturation_sigma_px < 0 ? Support::kUnreadable : Support::kClipped;
+}
+
+/// The blurred edge of a clipped area lies beside the true one.
+void CornerDetector::clip(Support support, Corner& corner) const {
+  if (support == Support::kClipped) corner.cov_px2 += config_.saturation_sigma_px * config_.saturation_sigma_px * Mat2::Identity();
 }
 
 /// Strongest `room` of n items stay, in their order; the earlier of equals. Returns how many.
@@ -178,6 +189,7 @@ double CornerDetector::noise_variance(const ImageView& image, const BoxFacts& fa
 void CornerDetector::report(const ImageView& image, const RowMask* missing, const Found& found, CornerSet& out) {
   const Peak& p = found.peak;
   const double pixel_variance = 1.0 / 12 + config_.pixel_sigma_px * config_.pixel_sigma_px;
+  int u = p.u, v = p.v, reach = config_.gaussian_size / 2 + 1;
   Corner corner{Vec2(p.u, p.v), pixel_variance * Mat2::Identity(), p.measure, false};
   if (config_.subpixel_window_px > 0) {
     const Localised fine = refiner_.refine(image, p.u, p.v, noise_variance(image, facts_[found.box], p));
@@ -186,9 +198,13 @@ void CornerDetector::report(const ImageView& image, const RowMask* missing, cons
       corner.cov_px2 = fine.cov_px2;
       corner.subpixel = true;
     }
-    const int u = static_cast<int>(std::lround(corner.uv_px.x())), v = static_cast<int>(std::lround(corner.uv_px.y()));
-    if (!readable(image, missing, facts_[found.box], u, v, refiner_.reach())) return;
+    u = static_cast<int>(std::lround(corner.uv_px.x()));
+    v = static_cast<int>(std::lround(corner.uv_px.y()));
+    reach = refiner_.reach();
   }
+  const Support around = support(image, missing, facts_[found.box], u, v, reach);
+  if (around == Support::kUnreadable) return;
+  clip(around, corner);
   out.items.push_back(corner);
 }
 

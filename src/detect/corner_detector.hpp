@@ -7,8 +7,9 @@
 /// Frames   raw pixels, (0,0) the centre of the top-left pixel. Any pixel format, in its native counts.
 /// Output   by sub-image, in each by strip of 192 columns, in each by row, then column. More than there is room for: the
 ///          strongest stay, the earlier of equals; the others are counted in `overflow`. `seq` and `t_mid` are the caller's.
-/// Masks    a corner whose support touches a missing row or a saturated pixel is not reported; such pixels inside the
-///          sub-images are counted in `unreadable_px`.
+/// Masks    a corner whose support touches a missing row, or a few saturated pixels (a defect, a glint), is not reported. Beside
+///          a saturated area, such as a bright sky, the place of an edge is known less well: `saturation_sigma_px` is added.
+///          Such pixels inside the sub-images are counted in `unreadable_px`.
 /// Errors   none: a sub-image outside the image or too small for its border gives no corner.
 /// Threads  one at a time (scratch inside). Memory: no heap after construction. Deterministic.
 /// Source   spec 2.4; choices E12 and E38.
@@ -45,7 +46,9 @@ class CornerDetector {
   void search_box(const ImageView& image, const RowMask* missing, const PixelRect& box, std::uint32_t index, CornerSet& out);
   [[nodiscard]] KernelJob job_for(const ImageView& image, const RowMask* missing, const PixelRect& box);
   [[nodiscard]] double threshold(const KernelResult& result, const PixelRect& box) const;
-  [[nodiscard]] bool readable(const ImageView& image, const RowMask* missing, const BoxFacts& facts, int u, int v, int reach) const;
+  enum class Support { kClear, kClipped, kUnreadable };
+  [[nodiscard]] Support support(const ImageView& image, const RowMask* missing, const BoxFacts& facts, int u, int v, int reach) const;
+  void clip(Support support, Corner& corner) const;
   [[nodiscard]] bool needs_noise() const { return config_.floor_noise > 0 || config_.subpixel_window_px > 0; }
   [[nodiscard]] double noise_variance(const ImageView& image, const BoxFacts& facts, const Peak& peak) const;
   void report(const ImageView& image, const RowMask* missing, const Found& found, CornerSet& out);

@@ -38,6 +38,7 @@ Result<DetectConfig> DetectConfig::read(ConfigTable& table, DetectConfig absent)
   table.read_in("subpixel_sigma_px", 0.0, 10.0, c.subpixel_sigma_px);
   table.read_in("pixel_sigma_px", 0.0, 10.0, c.pixel_sigma_px);
   table.read_in("saturation_counts", -1, 65535, c.saturation_counts);
+  table.read_in("saturation_sigma_px", -1.0, 10.0, c.saturation_sigma_px);
   table.read_in("near_px", 0.0, 5.0, c.near_px);
   table.read_in("near_sigma_px", 0.01, 10.0, c.near_sigma_px);
   table.read_in("max_corners", 1, static_cast<int>(kMaxCorners), c.max_corners);

@@ -47,6 +47,7 @@ struct DetectConfig {
   double subpixel_sigma_px{0.05};     ///< floor of the localisation sigma
   double pixel_sigma_px{1.0};         ///< added to 1/12 px^2 when the centre of a pixel is reported
   int saturation_counts{-1};          ///< this value and above is not known; -1 = largest code of the format, 0 = off
+  double saturation_sigma_px{0.5};    ///< 1 sigma added to a corner beside a saturated area; below 0: it is not reported
   int max_corners{kMaxCorners};       ///< of a frame; the strongest stay
   int max_corners_per_box{1024};
   double near_px{1.5};             ///< around an aligned feature: second look without a threshold; 0: none

@@ -26,13 +26,12 @@ Seen look(const View& view, const Vec3& p_k) {
 }
 
 /// Covariance of p_c. True rotation exp(e) R moves a lever p by e x p = -skew(p) e, for navigation and for boresight.
-Mat3 point_covariance(const View& view, const Seen& seen, double boresight_sigma, double survey_sigma) {
+Mat3 point_covariance(const View& view, const Seen& seen, double boresight_sigma, const Mat3& survey) {
   Mat36 J_r;
   J_r << -skew(seen.lever_r), Mat3::Identity();
   const Mat36 J_c = view.R_c_r * J_r;
   const Mat3 S = skew(seen.p_c);
-  return J_c * view.navigation * J_c.transpose() + boresight_sigma * boresight_sigma * (S * S.transpose()) +
-         survey_sigma * survey_sigma * Mat3::Identity();
+  return J_c * view.navigation * J_c.transpose() + boresight_sigma * boresight_sigma * (S * S.transpose()) + survey;
 }
 
 /// A focal length longer by the share e moves a point outward by e times its distance from the principal point.
@@ -43,8 +42,10 @@ Vec2 focal_jacobian(const Camera& camera, const Vec2& raw) {
 }
 
 bool faces_camera(const View& view, const Feature& feature, const Vec3& p_c) {
-  if (feature.normals_m.empty()) return true;
+  if (feature.normals_m.empty() && !feature.seen_from) return true;
   const Vec3 to_camera_k = -(view.R_c_r * view.R_r_k).transpose() * p_c;
+  if (feature.seen_from && !feature.seen_from->holds(TankerModel::direction_in_body(to_camera_k))) return false;
+  if (feature.normals_m.empty()) return true;
   for (const Vec3& n : feature.normals_m)
     if (TankerModel::direction_in_body(n).dot(to_camera_k) > 0) return true;
   return false;
@@ -73,7 +74,8 @@ Prediction predict_one(const View& view, const Feature& feature, const Vec3& p_k
   out.uv_px = *uv;
   out.visibility = visibility(view, feature, camera, config, seen.p_c, *uv);
   const Vec2 f = config.focal_sigma * focal_jacobian(camera, *uv);
-  const Mat3 P_c = point_covariance(view, seen, boresight_sigma, config.survey_scale * feature.sigma_m);
+  const Mat3 survey = config.survey_scale * config.survey_scale * TankerModel::covariance_in_camera(feature, view.R_c_r * view.R_r_k);
+  const Mat3 P_c = point_covariance(view, seen, boresight_sigma, survey);
   out.cov_px2 = J * P_c * J.transpose() + f * f.transpose() +
                 config.windscreen_sigma_px * config.windscreen_sigma_px * Mat2::Identity();
   return out;

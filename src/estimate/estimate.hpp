@@ -23,10 +23,10 @@ struct CameraMount {
 
 /// Table "estimate". Sigmas are what the navigation covariance does not contain.
 struct EstimateConfig {
-  bool use_normals{true};             ///< a feature that lists normals is visible if one of them faces the camera; false: thesis
+  bool use_normals{true};             ///< a feature that lists normals is visible if one of them faces the camera, a learnt one from where it was seen; false: thesis
   double focal_sigma{0.001};          ///< 1 sigma of the focal length as a share of it
   double windscreen_sigma_px{1.0};    ///< 1 sigma per axis left by the windscreen calibration; 1 px is spec 3.7
-  double survey_scale{1.0};           ///< multiplies Feature::sigma_m
+  double survey_scale{1.0};           ///< multiplies the 1 sigma of every feature's place
 
   /// `table` is [estimate]; range errors are collected there.
   [[nodiscard]] static Result<EstimateConfig> read(ConfigTable& table, EstimateConfig absent);  ///< `absent`: values of keys left out

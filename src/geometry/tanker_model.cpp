@@ -3,8 +3,11 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <sstream>
+
+#include <Eigen/Eigenvalues>
 
 #include "base/file.hpp"
 
@@ -52,6 +55,42 @@ bool parse_normals(const std::string& text, std::vector<Vec3>& out) {
   return true;
 }
 
+/// `n` numbers between blanks, nothing else.
+bool numbers(const std::string& text, int n, double* out) {
+  std::istringstream words(text);
+  std::string word;
+  int i = 0;
+  while (words >> word)
+    if (i == n || !number(word, out[i++])) return false;
+  return i == n;
+}
+
+bool parse_covariance(const std::string& text, double unit, std::optional<Mat3>& out) {
+  double c[6];
+  if (!numbers(text, 6, c)) return false;
+  Mat3 m;
+  m << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
+  out = m * (unit * unit);
+  return out->diagonal().maxCoeff() <= kMaxSigma_m * kMaxSigma_m && Eigen::SelfAdjointEigenSolver<Mat3>(*out, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() >= 0;
+}
+
+bool parse_cone(const std::string& text, SeenFrom& out) {
+  double c[4];
+  if (!numbers(text, 4, c) || !(c[3] > 0 && c[3] <= 180)) return false;
+  const Vec3 axis(c[0], c[1], c[2]);
+  out.axis_m = axis.normalized();
+  out.least_cosine = std::cos(c[3] * 3.14159265358979323846 / 180);
+  return axis.norm() > 1e-6 && axis.norm() < 1e6;
+}
+
+bool parse_range(const std::string& text, double unit, SeenFrom& out) {
+  double r[2];
+  if (!numbers(text, 2, r)) return false;
+  out.least_m = r[0] * unit;
+  out.most_m = r[1] * unit;
+  return 0 <= r[0] && r[0] < r[1];
+}
+
 class Columns {
  public:
   explicit Columns(const std::vector<std::string>& header) {
@@ -77,6 +116,12 @@ class Columns {
 Point<frame::K> TankerModel::body_from_model(const Point<frame::M>& p) const {
   const Vec3 d = p - ins_;
   return {-d.x(), d.y(), -d.z()};
+}
+
+Mat3 TankerModel::covariance_in_camera(const Feature& f, const Mat3& R_c_k) {
+  if (!f.cov_m2) return f.sigma_m * f.sigma_m * Mat3::Identity();
+  const Mat3 R_c_m = R_c_k * Vec3(-1, 1, -1).asDiagonal();
+  return R_c_m * *f.cov_m2 * R_c_m.transpose();
 }
 
 Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string& name, double unit, const Vec3& ins_model, double sigma_m) {
@@ -124,6 +169,16 @@ Result<TankerModel> TankerModel::parse(const std::string& csv, const std::string
       if (!number(*t, sigma) || sigma < 0 || sigma * unit > kMaxSigma_m) return make_error(ErrorCode::kCorrupt, where, "sigma is \"" + *t + "\", expected a number from 0 to 10 m");
       f.sigma_m = sigma * unit;
     }
+    const auto given = [&](const char* column) -> const std::string* {
+      const auto* t = columns->find(row, {column});
+      return t != nullptr && !trimmed(*t).empty() ? t : nullptr;
+    };
+    if (const auto* t = given("cov"); t != nullptr && !parse_covariance(*t, unit, f.cov_m2))
+      return make_error(ErrorCode::kCorrupt, where, "cov is \"" + *t + "\", expected \"xx xy xz yy yz zz\" of a covariance");
+    if (const auto* t = given("seen_from"); t != nullptr && !parse_cone(*t, f.seen_from.emplace()))
+      return make_error(ErrorCode::kCorrupt, where, "seen_from is \"" + *t + "\", expected \"x y z deg\" with deg above 0, at most 180");
+    if (const auto* t = given("seen_range"); t != nullptr && !parse_range(*t, unit, f.seen_from ? *f.seen_from : f.seen_from.emplace()))
+      return make_error(ErrorCode::kCorrupt, where, "seen_range is \"" + *t + "\", expected \"least most\"");
     if (const auto* t = columns->find(row, {"enabled"}); t != nullptr && !trimmed(*t).empty()) {
       const std::string word = trimmed(*t);
       if (word != "0" && word != "1") return make_error(ErrorCode::kCorrupt, where, "enabled is \"" + *t + "\", expected 0 or 1");

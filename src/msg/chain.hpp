@@ -75,6 +75,8 @@ struct Alignment {
   bool from_track{false};              ///< the prior was the aligned pose of earlier frames
   Pose<frame::C, frame::K> T_c_k{};    ///< aligned; holds boresight error too, so it is a pose for the image only
   Mat6 covariance{Mat6::Identity()};   ///< [rotation vector about the tanker INS in c axes (rad); translation in c (m)]
+  double residual_px{0};               ///< median distance of a supporting corner from its feature
+  double common_px{0};                 ///< 1 sigma an axis of an error that all features share and the covariance does not hold
 };
 
 /// A straight edge between two features, as seen in the image: two points of it with normals and independent errors.

@@ -15,7 +15,7 @@ struct PatchConfig {
   double least_support{0.3};      ///< share of the features in view whose corners agree with the pose, below which no match is used
   double anchor_floor_px{0.15};    ///< 1 sigma of a patch about its feature, however long it has been watched
   double steady_px{1.0};          ///< most rms an axis of a patch about its anchor
-  double sigma_most_px{1.2};      ///< a match is used when its larger 1 sigma is below this
+  double sigma_most_px{2.0};      ///< a match is used when its larger 1 sigma is below this
 
   /// `table` is [patch]; range errors are collected there.
   [[nodiscard]] static Result<PatchConfig> read(ConfigTable& table, PatchConfig absent);  ///< `absent`: values of keys left out

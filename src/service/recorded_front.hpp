@@ -28,11 +28,10 @@ class RecordedFront {
   void push(const StrobeEdge& edge) {
     see(edge.t);
     front_.push(edge);
-    if (recorder_ != nullptr) recorder_->edge(now(), edge);
+    if (recorder_ != nullptr) recorder_->edge(now(), edge, StrobeLine::kStrobe);
   }
   bool push(const PpsEdge& edge) {
-    see(edge.edge.t);
-    if (recorder_ != nullptr) recorder_->pps(now(), edge.edge);
+    if (recorder_ != nullptr) recorder_->edge(now(), edge.edge, StrobeLine::kPps);
     return front_.push(edge);
   }
   bool push(const TimeMark& mark) {

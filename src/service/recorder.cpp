@@ -144,13 +144,8 @@ void Recorder::acquisition(Time t, const Acquisition& change) {
   input(t, channel::kAcquisition, acquisition_);
 }
 
-void Recorder::edge(Time t, const StrobeEdge& edge) {
-  fill(edge_, LineEdge{edge, StrobeLine::kStrobe});
-  input(t, channel::kStrobe, edge_);
-}
-
-void Recorder::pps(Time t, const StrobeEdge& edge) {
-  fill(edge_, LineEdge{edge, StrobeLine::kPps});
+void Recorder::edge(Time t, const StrobeEdge& edge, StrobeLine line) {
+  fill(edge_, LineEdge{edge, line});
   input(t, channel::kStrobe, edge_);
 }
 

@@ -55,8 +55,7 @@ class Recorder {
 
   // The chain's thread. `t`: service clock, whole us.
   void acquisition(Time t, const Acquisition& change);
-  void edge(Time t, const StrobeEdge& edge);
-  void pps(Time t, const StrobeEdge& edge);
+  void edge(Time t, const StrobeEdge& edge, StrobeLine line);
   void mark(Time t, const TimeMark& mark);
   void tspi(const ArrivedTspi& tspi, Time arrival);
   /// Returns the number under which its pixels belong into frames.lcm.

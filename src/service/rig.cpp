@@ -83,7 +83,7 @@ void complete(Rig& rig) {
 
 }  // namespace
 
-Result<Rig> Rig::load(const std::string& path) {
+Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker) {
   auto file = ConfigFile::load(path);
   if (!file.ok()) return file.error();
   Rig rig;
@@ -98,7 +98,7 @@ Result<Rig> Rig::load(const std::string& path) {
   tanker.require("model", model);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   tanker.read_three("ins", kFarthest, ins);
-  const double metres = unit_choice == 0 ? 0.0254 : 1.0;
+  const double metres = rig.tanker_unit_m = unit_choice == 0 ? 0.0254 : 1.0;
   double survey_m = kSurveySigma_m;
   if (double sigma = 0; tanker.has("sigma")) {
     tanker.read_in("sigma", 0.0, 10.0 / metres, sigma);
@@ -121,7 +121,7 @@ Result<Rig> Rig::load(const std::string& path) {
   complete(rig);
   CYCLOPS_TRY(file->finish());
   CYCLOPS_TRY(rig.stamper.validated());
-  rig.files.push_back({model, file->resolve(model)});
+  rig.files.push_back({model, other_tanker.empty() ? file->resolve(model) : other_tanker});
   auto loaded = TankerModel::load(rig.files.back().path, metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();

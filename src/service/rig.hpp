@@ -31,6 +31,7 @@ struct Rig {
   Point<frame::R> lens{};              ///< lens centre relative to the receiver's INS, m
   double boresight_sigma_rad{0};
   TankerModel tanker{};
+  double tanker_unit_m{1};             ///< metres in one unit of the tanker's file
   StrobeConfig strobe{};
   StrobeConfig pps{};                  ///< kNone unless the rig has a line for it
   FrameStamperConfig stamper{};
@@ -38,7 +39,8 @@ struct Rig {
   PpsConfig pps_marks{};
   NavRig nav{};
 
-  static Result<Rig> load(const std::string& path);
+  /// `tanker`: a model file to use instead of the one that the rig names, in the same axes and units.
+  static Result<Rig> load(const std::string& path, const std::string& tanker = {});
 };
 
 }  // namespace cyclops

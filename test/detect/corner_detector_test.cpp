@@ -171,6 +171,26 @@ TEST(CornerDetector, CornersBesideSaturatedPixelsAreNotReported) {
   EXPECT_NE(nearest(*detect(off, image, whole(image)), 40.2, 40.3, 4), nullptr);
 }
 
+TEST(CornerDetector, CornersAgainstASaturatedSkyAreReportedAsLessCertain) {
+  // GIVEN dark wedges before a sky that is one count below saturation, and the same with the sky saturated
+  test::Random random(33);
+  auto image = test::sky_with_wedges(160, {{60.2, 70.3, 0.5, 0.8}}, 0, random);
+  for (int v = 0; v < image.height; ++v)
+    for (int u = 0; u < image.width; ++u) image.set(u, v, image.get(u, v) > 1200 ? 4094 : image.get(u, v));
+  const auto below = detect({}, image, whole(image));
+  for (int v = 0; v < image.height; ++v)
+    for (int u = 0; u < image.width; ++u) image.set(u, v, image.get(u, v) == 4094 ? 4095 : image.get(u, v));
+  const auto clipped = detect({}, image, whole(image));
+  const Corner *a = nearest(*below, 60.2, 70.3, 2), *b = nearest(*clipped, 60.2, 70.3, 2);
+  ASSERT_NE(a, nullptr);
+  ASSERT_NE(b, nullptr);
+  EXPECT_LT((a->uv_px - b->uv_px).norm(), 0.05);
+  EXPECT_NEAR(b->cov_px2(0, 0) - a->cov_px2(0, 0), 0.25, 0.01);
+  DetectConfig strict;
+  strict.saturation_sigma_px = -1;
+  EXPECT_EQ(nearest(*detect(strict, image, whole(image)), 60.2, 70.3, 4), nullptr);
+}
+
 TEST(CornerDetector, TinyBoxesAndBoxesOutsideTheImageGiveNothing) {
   test::Random random(27);
   const auto image = test::random_image(64, 64, PixelFormat::kMono12, random);

@@ -125,6 +125,14 @@ TEST(Estimate, HidesAPaintedCornerThatFacesAwayAndKeepsAnEdgeWithOneFaceTowardsT
   for (const Prediction& p : all->items) EXPECT_EQ(p.visibility, Visibility::kVisible);
 }
 
+TEST(Estimate, HidesALearntFeatureOutsideTheSectorItWasSeenFrom) {
+  const auto model = TankerModel::parse("id,x,y,z,seen_from,seen_range\n1,0,0,0,1 0 0 20,5 15\n2,0,0,0,1 0 0.5 20,5 15\n3,0,0,0,1 0 0 20,12 15\n", "test", 1, {0, 0, 0}).value();
+  const auto set = predicted(test::relative_state({0, 0, 0}, {10, 0, 0}), model, Camera({}, {}), test::mount_deg(0, 0, 0, {0, 0, 0}));
+  EXPECT_EQ(set->items[0].visibility, Visibility::kVisible);
+  EXPECT_EQ(set->items[1].visibility, Visibility::kFacingAway) << "27 degrees off its axis";
+  EXPECT_EQ(set->items[2].visibility, Visibility::kFacingAway) << "nearer than ever";
+}
+
 TEST(Estimate, GivesNothingForAnInvalidState) {
   auto state = test::example_state();
   state.valid = false;

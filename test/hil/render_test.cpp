@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "hil/flight.hpp"
+#include "hil/made_up_windscreen.hpp"
 #include "hil/render_corners.hpp"
 #include "hil/sensor.hpp"
 #include "test/support.hpp"
@@ -36,34 +37,60 @@ Look without_world() {
   return look;
 }
 
-double worst(const std::vector<CornerError>& all) {
+double worst(const std::vector<BoardCorner>& all) {
   double most = 0;
-  for (const CornerError& e : all) most = std::max(most, e.px);
+  for (const BoardCorner& e : all) most = std::max(most, e.px);
   return most;
 }
 
 TEST(Render, CornersOfTiltedBoardsLieWithinATenthOfAPixelOfTheirProjection) {
-  const auto all = board_corners(small_camera(320, 325), 12);
+  const auto all = board_corners(Camera(small_camera(320, 325), {}), 12);
   double sum = 0;
-  for (const CornerError& e : all) sum += e.px * e.px;
+  for (const BoardCorner& e : all) sum += e.px * e.px;
   EXPECT_GE(all.size(), 100U);
   EXPECT_LT(worst(all), 0.1);
   EXPECT_LT(std::sqrt(sum / static_cast<double>(all.size())), 0.05);
 }
 
 TEST(Render, CornersOfTheTankerLieWithinATenthOfAPixelOfTheirFeatures) {
-  const auto all = feature_corners({}, c12_mesh(tanker()).value(), level_view(75, -15), tanker(), 8);
-  EXPECT_GE(all.size(), 8U);
-  EXPECT_LT(worst(all), 0.1);
+  const auto all = feature_corners({}, c12_mesh(tanker()).value(), level_view(75, -15), tanker());
+  EXPECT_GE(all.size(), 29U);
+  for (const FeatureCorner& c : all) {
+    ASSERT_TRUE(c.px) << "feature " << c.id << " is visible and no corner is where it should be";
+    EXPECT_LT(*c.px, 0.1) << c.id;
+  }
 }
 
 TEST(Render, CornersStayWhereALensThatBendsPutsThem) {
   Intrinsics k = small_camera(512, 400);
   k.k1 = -0.15;
   k.k2 = 0.03;
-  const auto all = board_corners(k, 10);
+  const auto all = board_corners(Camera(k, {}), 10);
   EXPECT_GE(all.size(), 60U);
   EXPECT_LT(worst(all), 0.15);  // over the fit's window the lens bends the edges
+}
+
+TEST(Render, CornersBehindAWindscreenLieByItsMatricesAndTheParallaxOfTheirRange) {
+  // GIVEN a windscreen that shifts by delta matrices and moves rays sideways, by half of 8 mm at the middle of an edge
+  constexpr double kParallax_mm = 8;
+  const Camera camera({}, made_up_windscreen(1024, 1024, 1).value());
+  for (const double range_m : {12.0, 60.0}) {
+    const auto all = board_corners(camera, range_m, kParallax_mm);
+    ASSERT_GE(all.size(), 140U);
+    double beside_matrices = 0;
+    for (const BoardCorner& c : all) {
+      // THEN a rendered corner lies where the matrices put it, nearer to the middle by f times the sideways shift over the range
+      const Vec2 by_matrices = *camera.project(c.p_c), away = c.rendered_px - by_matrices;
+      const Vec2 expected = -camera.intrinsics().fx_px / c.p_c.xyz.z() * windscreen_parallax_m(c.rendered_px, 1024, 1024, kParallax_mm);
+      EXPECT_LT((away - expected).norm(), 0.1) << range_m << " m, corner " << c.id;
+      EXPECT_LT(c.px, 0.1) << range_m << " m, corner " << c.id;
+      beside_matrices = std::max(beside_matrices, away.norm());
+    }
+    // AND the matrices alone are off near by, less so far away
+    const double edge_px = 0.5e-3 * kParallax_mm * camera.intrinsics().fx_px / range_m;
+    EXPECT_GT(beside_matrices, 0.2 * edge_px);
+    EXPECT_LT(beside_matrices, 0.6 * edge_px + 0.1);
+  }
 }
 
 TEST(Render, AMovedPoseBlursButDoesNotShiftTheCentreOfTheBody) {

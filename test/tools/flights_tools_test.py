@@ -2,11 +2,13 @@
 import os
 import sys
 import tempfile
+import types
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 os.chdir(ROOT)
 sys.path.insert(0, "tools")
+import flight_frames
 import flights
 import flights_page
 import thesis_table
@@ -33,6 +35,26 @@ class StandardSet(unittest.TestCase):
 
     def test_a_flight_depends_on_all_its_bases(self):
         self.assertEqual([os.path.basename(p) for p in flights.inputs("s1-50.toml")], ["s1-50.toml", "s1.toml", "base.toml"])
+
+
+class Looking(unittest.TestCase):
+    def about(self, points):
+        flight = object.__new__(flight_frames.Flight)
+        flight.truth = {1: types.SimpleNamespace(n=len(points), u_px=[p[0] for p in points], v_px=[p[1] for p in points])}
+        return flight.about_tanker(1, 1024, 1024)
+
+    def test_a_picture_with_truth_holds_every_feature_and_stays_in_the_frame(self):
+        for points in ([(300, 400), (700, 450)], [(500, 20), (560, 900)], [(5, 5), (30, 12)], [(900, 1000), (1500, 1010)]):
+            left, top, width, height = self.about(points)
+            self.assertAlmostEqual(width, 1.5 * height)
+            self.assertTrue(left >= 0 and top >= 0 and left + width <= 1024.001 and top + height <= 1024.001, (points, left, top, width))
+            if max(v for _, v in points) - min(v for _, v in points) < 1024 / 1.5:
+                for u, v in points:
+                    self.assertTrue(left <= min(u, 1024) <= left + width and top <= v <= top + height, (points, left, top, width))
+
+    def test_without_features_it_is_as_wide_as_the_frame(self):
+        self.assertEqual(self.about([])[2], 1024)
+        self.assertEqual(self.about([(9000, 9000)])[2], 1024)
 
 
 class Hashes(unittest.TestCase):

@@ -1,0 +1,199 @@
+// From views to points: each step on a scene whose points are known, then all of them together.
+#include "tools/learn.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include <ceres/gradient_checker.h>
+
+#include "test/tools/learn_scene.hpp"
+#include "tools/learn_cost.hpp"
+#include "tools/learn_trial.hpp"
+
+namespace cyclops {
+namespace {
+
+using test::LearnScene;
+namespace learn = tools::learn;
+
+double normalised(const Vec3& error, const Mat3& cov) { return error.dot(cov.ldlt().solve(error)); }
+
+TEST(Learn, JacobiansOfTheResidualsAgreeWithNumericalOnes) {
+  Intrinsics k;
+  k.k1 = -0.1;
+  const Camera camera(k, {});
+  const learn::CornerCost corner(camera, LearnScene::pose_at(3, 40), {500, 480}, 0.3);
+  Mat6 C = Mat6::Identity();
+  C(0, 4) = C(4, 0) = 0.4;
+  const learn::PosePrior prior(C);
+  const learn::SurveyTie tie(Point<frame::K>(1, 2, 3), 0.01);
+  double change[6] = {0.3, -0.2, 0.1, 0.5, -0.4, 1}, point[3] = {1, -2, 0.5};
+  const ceres::NumericDiffOptions numeric;
+  ceres::GradientChecker::ProbeResults results;
+  const auto agrees = [&](const ceres::CostFunction& cost, std::vector<double*> at) {
+    return ceres::GradientChecker(&cost, static_cast<const std::vector<const ceres::Manifold*>*>(nullptr), numeric).Probe(at.data(), 1e-6, &results);
+  };
+  EXPECT_TRUE(agrees(corner, {change, point})) << results.error_log;
+  EXPECT_TRUE(agrees(prior, {change})) << results.error_log;
+  EXPECT_TRUE(agrees(tie, {point})) << results.error_log;
+}
+
+TEST(Learn, TriangulationIsAsWrongAsItsCovarianceSays) {
+  LearnScene scene(60);
+  scene.pose_rad = scene.pose_m = 1e-9;  // poses are given here
+  scene.fly(30);
+  double chi2 = 0;
+  const auto points = scene.matched(0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const learn::PointPrior prior{Point<frame::K>(points[i].p_k.xyz + Vec3(0.2, -0.3, 0.1)), Mat3::Identity()};
+    const auto found = learn::triangulate(scene.views.views, points[i].sights, prior, 0);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->rms_px, scene.corner_px, 0.08);
+    chi2 += normalised(found->p_k - scene.points[i], found->cov_m2);
+  }
+  EXPECT_GT(chi2, 137);  // 180 degrees of freedom: 1 % and 99 %
+  EXPECT_LT(chi2, 229);
+}
+
+TEST(Learn, BundleAdjustmentRecoversThePlacesWithinTheirCovariance) {
+  // GIVEN poses 2 mrad and 2 cm off, corners 0.2 px off, points that start 5 cm off, eight of them tied to a survey
+  // WHEN all is adjusted together, in several scenes
+  // THEN errors are as large as the covariances say, and far smaller than before
+  double chi2 = 0, degrees = 0, error2 = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    LearnScene scene(25);
+    scene.random.seed(seed);
+    scene.fly(24);
+    auto points = scene.matched(0.05);
+    learn::BundleConfig config;
+    config.robust_sigmas = 100;  // nothing here is an outlier: the loss would only make the covariance larger
+    config.tie_sigma_px = 0;
+    config.covariance = true;
+    ASSERT_TRUE(learn::adjust(config, scene.views, points).ok());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      chi2 += normalised(points[i].p_k - scene.points[i], points[i].cov_m2);
+      error2 += (points[i].p_k - scene.points[i]).squaredNorm();
+      degrees += 3;
+    }
+  }
+  EXPECT_GT(chi2 / degrees, 0.6);
+  EXPECT_LT(chi2 / degrees, 1.5);  // the points of one scene share the error of the survey: wide bounds
+  EXPECT_LT(std::sqrt(3 * error2 / degrees), 0.01);
+}
+
+TEST(Learn, ASurveyedPlaceThatIsAnotherPointLetsGo) {
+  LearnScene scene(25);
+  scene.fly(24);
+  auto points = scene.matched(0.02);
+  points[2].survey = 3;
+  points[3].survey = -1;
+  learn::BundleConfig config;
+  ASSERT_TRUE(learn::adjust(config, scene.views, points).ok());
+  EXPECT_LT((points[2].p_k - scene.points[2]).norm(), 0.02) << "tied to a feature metres away";
+}
+
+TEST(Learn, FindsThePointsOfTheTankerAmongClutter) {
+  // GIVEN 40 points, views with 10 corners each that belong to nothing, and poses a few tenths of a pixel off
+  // WHEN all steps run
+  // THEN nearly all points are found, within their covariance, and nothing else is
+  LearnScene scene(40);
+  scene.pose_rad = 5e-4;
+  scene.pose_m = 5e-3;
+  scene.fly(45);
+  std::size_t followed = 0;
+  const auto chosen = learn::learn_points(scene.views, {}, followed);
+  ASSERT_TRUE(chosen.ok()) << chosen.error().message();
+  std::size_t right = 0;
+  double chi2 = 0;
+  for (const learn::ChosenPoint& c : *chosen) {
+    const auto error = [&](const Point<frame::K>& q) { return (q - c.point.p_k).norm(); };
+    const auto nearest = std::min_element(scene.points.begin(), scene.points.end(), [&](const auto& a, const auto& b) { return error(a) < error(b); });
+    if (error(*nearest) > 0.05) continue;
+    ++right;
+    chi2 += normalised(c.point.p_k - *nearest, c.point.cov_m2);
+  }
+  EXPECT_GE(right, 34U);
+  EXPECT_EQ(right, chosen->size()) << "a point that is none";
+  EXPECT_LT(chi2 / static_cast<double>(right), 6) << "3 is expected, inflation makes it less";
+}
+
+TEST(Learn, NothingToLearnIsAnErrorThatSaysSo) {
+  LearnScene scene(0);
+  scene.points.emplace_back(0, 0, 0);
+  scene.fly(12);
+  for (learn::View& v : scene.views.views) v.corners.clear();
+  std::size_t followed = 0;
+  const auto chosen = learn::learn_points(scene.views, {}, followed);
+  ASSERT_FALSE(chosen.ok());
+  EXPECT_EQ(chosen.error().message(), "follow: found no point in 12 views, expected some that are seen often");
+}
+
+TEST(Learn, APointThatSlidesShowsDriftAndIsNotChosen) {
+  // GIVEN a corner where two outlines cross: its place on the tanker moves by 20 cm in the course of the flight
+  LearnScene scene(12);
+  scene.pose_rad = scene.pose_m = 1e-9;
+  scene.fly(40);
+  auto points = scene.matched(0);
+  for (const learn::Sight& s : points[5].sights) {
+    auto& view = scene.views.views[static_cast<std::size_t>(s.view)];
+    view.corners[static_cast<std::size_t>(s.corner)].uv_px += Vec2(0.1 * (s.view - 20), 0);
+  }
+  for (learn::LearntPoint& p : points) {
+    learn::rate(scene.views.views, p);
+    p.cov_m2 = 1e-6 * Mat3::Identity();
+  }
+  EXPECT_GT(points[5].drift_px, 0.5);
+  EXPECT_GT(points[5].inflation, 5);
+  EXPECT_LT(points[4].drift_px, 0.15);
+  const auto chosen = learn::choose({}, scene.views.views, points);
+  EXPECT_EQ(chosen.size(), 11U);
+}
+
+TEST(Learn, APointIsOnlyExpectedFromWhereItWasSeen) {
+  // GIVEN a point that is hidden in the first half of the flight, which is flown from further away
+  LearnScene scene(12);
+  scene.pose_rad = scene.pose_m = 1e-9;
+  scene.fly(40);
+  auto points = scene.matched(0);
+  std::erase_if(points[0].sights, [](const learn::Sight& s) { return s.view < 20; });
+  const SeenFrom sector = learn::sector_of(scene.views.views, points[0]);
+  EXPECT_NEAR(points[0].strength, 1, 0.1) << "where it can be seen it always was";
+  const auto range = [&](int v) { return (scene.poses[static_cast<std::size_t>(v)] * scene.points[0]).xyz.norm(); };
+  EXPECT_LT(range(30), sector.most_m);
+  EXPECT_GT(range(0), sector.most_m);
+}
+
+TEST(Learn, PoseOfATrueFrameIsFoundFromItsPixels) {
+  LearnScene scene(20);
+  const align::CameraPose truth = LearnScene::pose_at(5, 40);
+  std::vector<learn::PointPixel> pixels;
+  for (const auto& p : scene.points) pixels.push_back({p, *scene.views.cameras[0]->project(truth * p), Mat2::Identity()});
+  align::Vec6 off;
+  off << 0.05, -0.03, 0.04, 1, -0.5, 2;
+  const auto fitted = learn::fit_pose(*scene.views.cameras[0], pixels, align::moved(truth, off));
+  ASSERT_TRUE(fitted);
+  EXPECT_LT(align::difference(fitted->T_c_k, truth).norm(), 1e-8);
+  EXPECT_FALSE(learn::fit_pose(*scene.views.cameras[0], {pixels.begin(), pixels.begin() + 3}, truth)) << "three points are too few";
+}
+
+TEST(Learn, AStretchOfAFlightIsAFolderAndSeconds) {
+  const auto part = learn::Stretch::parse("build/flights/s1@2.5-20");
+  ASSERT_TRUE(part.ok());
+  EXPECT_EQ(part->folder, "build/flights/s1");
+  EXPECT_EQ(part->from_s, 2.5);
+  EXPECT_EQ(part->to_s, 20);
+  EXPECT_EQ(learn::Stretch::parse("s1").value().folder, "s1");
+  for (const char* wrong : {"s1@", "s1@3", "s1@5-2", "s1@a-b", "s1@1-2x"})
+    EXPECT_EQ(learn::Stretch::parse(wrong).error().message(),
+              std::string(wrong) + ": stretch is \"" + std::string(wrong).substr(3) + "\", expected FROM-TO in seconds, as 0-20");
+}
+
+TEST(Learn, AFlightThatIsNotThereIsNamed) {
+  const auto views = learn::views_of({{"/nowhere/flight"}}, {}, {});
+  ASSERT_FALSE(views.ok());
+  EXPECT_NE(views.error().message().find("/nowhere/flight"), std::string::npos) << views.error().message();
+}
+
+}  // namespace
+}  // namespace cyclops
