@@ -135,6 +135,11 @@ def growth(run, name, begin_ns=0, end_ns=1 << 62):
     return (values[-1] if values else 0) - (before[-1] if before else values[0] if values else 0)
 
 
+def alarms_of(health):
+    """Their texts, whether an alarm is a text or has one."""
+    return [getattr(a, "text", a) for a in health.alarms]
+
+
 def when_sent(run, flight_id):
     return next((f.host_ns for f in run.frames if f.flight_id >= flight_id), 1 << 62)
 
@@ -150,7 +155,7 @@ def notices(run, reference, begin_ns, end_ns):
             out.setdefault(e.code if not e.source.startswith("tspi.") else f"{e.source}: {e.code}", e.service_time_ns)
     for h in run.health:
         if begin_ns <= h.service_time_ns <= end_ns:
-            for a in h.alarms:
+            for a in alarms_of(h):
                 out.setdefault(a, h.service_time_ns)
     for name, series in run.counters.items():
         if name in ("capture.complete", "time.edges", "chain.consensus", "capture.starts", "record.frames", "record.inputs", "record.published", "record.frame_megabytes") or name.endswith(".received"):
@@ -179,7 +184,7 @@ def alarms_at_end(run):
         return ["no frame was sent"]
     end = run.frames[-1].host_ns
     last = [h for h in run.health if end - ALARM_TAIL_NS <= h.service_time_ns <= end]
-    return list(last[-1].alarms) if last else ["no HEALTH"]
+    return alarms_of(last[-1]) if last else ["no HEALTH"]
 
 
 def between_streams(run):

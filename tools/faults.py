@@ -96,7 +96,7 @@ def verdict(row, f, relaxed):
         why.append(f"{f['wrong_times']} wrong times, limit {limit['wrong_times']}")
     if f["frames_unaccounted"] is not None and abs(f["frames_unaccounted"]) > limit["unaccounted"]:
         why.append(f"{f['frames_unaccounted']} frames in no counter")
-    left = [a for a in f["alarms_at_end"] if a not in row.get("alarms_stay", [])]
+    left = [a for a in f["alarms_at_end"] if a not in row.get("alarms_of_host", [])]
     if left and not relaxed:
         why.append("alarm at the end: " + ", ".join(left))
     return why
@@ -132,6 +132,7 @@ def main():
     print(fault_page.line({"name": "none", "figures": reference, "why": [crashed] if crashed else [], "notice": []}), flush=True)
     for row in rows:
         row["limit"] = table["limit"] | row.get("limit", {})
+        row["alarms_of_host"] = table.get("alarms_of_host", [])
         if "disk_mb" in row and os.geteuid() != 0:
             print(f"{row['name']}: not tried, a disk of its own needs root")
             continue

@@ -54,7 +54,9 @@ def tspi(run, name):
     sent = run.replay["channels"][channel]["sent"] + flooded
     out = {"sent": sent, "received": s["received"], "lost on the link": sent - s["received"], "refused": s["refused"], "guarded": s["guarded"], "used": s["accepted"],
            "duplicate": s["duplicate"], "too old": s["too_old"], "held back": s["held_back"] - 3 * s["jumps"]}
-    out["left over"] = out["received"] - sum(out[k] for k in ("refused", "guarded", "used", "duplicate", "too old", "held back"))
+    for cause in ("flooded", "not_authentic", "replayed"):  # of services that tell these apart
+        out[cause] = s.get(cause, 0)
+    out["left over"] = out["received"] - sum(n for k, n in out.items() if k not in ("sent", "received", "lost on the link"))
     return out
 
 
@@ -106,7 +108,7 @@ def text(r):
              f"             {f['received by capture']} received = {f['in chain']} in the chain + {f['refused inside']['queue_full']} queue full + {f['refused inside']['no_room']} no room + {f['left over inside']} left over"]
     for name, t in r["tspi"].items():
         lines.append(f"TSPI {name:8s}" + f"{t['sent']} sent = {t['lost on the link']} lost on the link + {t['received']} received = " +
-                     " + ".join(f"{t[k]} {k}" for k in ("used", "refused", "guarded", "duplicate", "too old", "held back", "left over")))
+                     " + ".join(f"{t[k]} {k}" for k in t if k not in ("sent", "received", "lost on the link") and (t[k] or k == "left over")))
     if m:
         lines.append(f"memory       {m['first_kb'] / 1024:.1f} to {m['last_kb'] / 1024:.1f} MB, {m['kb_per_min']:+.1f} kB a minute (95 %: {m['low']:+.1f} to {m['high']:+.1f})")
     else:
