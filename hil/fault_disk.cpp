@@ -12,7 +12,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "capture/strobe_record.hpp"
+#include "capture/fd.hpp"
 
 namespace cyclops::hil::disk {
 namespace {
