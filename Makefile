@@ -113,7 +113,7 @@ $(B)/lib/%.a:
 define program_rule
 $(call program,$(1)): $(call objects,$(1)) $(LIBS)
 	@mkdir -p $$(@D); echo "  link $$@"
-	@$(CXX) $(LDFLAGS) $$^ $(LDLIBS) -o $$@
+	@$(CXX) $(LDFLAGS) $$^ $$(LDLIBS) -o $$@
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$(m))))
 # Only learning needs a solver.

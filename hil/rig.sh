@@ -1,10 +1,9 @@
 #!/bin/bash
 # rig.sh BUILD FLIGHT OUT [PROFILE|-] [SPEED] [REPLAY OPTION...]: plays a flight through the whole rig, in a network namespace of
-# its own. OUT gets live.lcm (all that was heard on the network), sortie/ (what the service recorded, with RECORD=yes;
-# RECORD_OPTIONS: more for it), service.json, replay.json, the logs and, while it runs, service.pid. Needs no free port and no
-# privileges beyond those for a namespace.
-# RECORD_IN: the sortie goes into this folder; CYCLOPS_IDLE_S: the service ends after so many seconds without a frame;
-# CYCLOPS_CHANNELS: a regular expression of what is logged.
+# its own. OUT gets live.lcm (all that was heard on the network), service.json, replay.json, the logs and, while it runs,
+# service.pid; with RECORD=yes also sortie/, what the service recorded (RECORD_OPTIONS: more for it; RECORD_IN: the folder it goes
+# into). STEPS=n: n frames at a time. CYCLOPS_IDLE_S: the service ends after so many seconds without a frame. CYCLOPS_CHANNELS: a
+# regular expression of what is logged. Needs no free port and no privileges beyond those for a namespace.
 set -u
 cd "$(dirname "$0")/.."
 if [ -z "${CYCLOPS_IN_NETNS:-}" ]; then CYCLOPS_IN_NETNS=1 exec test/in-netns.sh "$0" "$@"; fi
@@ -21,7 +20,11 @@ lcm-logger --quiet --force --channel="${CYCLOPS_CHANNELS:-.*}" "$out/live.lcm" >
 echo $service >"$out/service.pid"
 trap 'kill $logger $service 2>/dev/null' EXIT
 sleep 0.2
-"$b/bin/cyclops-replay" "$flight" --speed "$speed" --summary "$out/replay.json" "${@:6}" </dev/null
+commands() {  # with STEPS=n: n frames at a time
+  [ -n "${STEPS:-}" ] || return
+  sleep 1.5; for _ in $(seq 8); do echo "step $STEPS"; sleep 0.4; done; echo play
+}
+"$b/bin/cyclops-replay" "$flight" ${STEPS:+--paused} --speed "$speed" --summary "$out/replay.json" "${@:6}" < <(commands)
 status=$?
 wait $service; served=$?
 rm -f "$out/service.pid"

@@ -17,6 +17,7 @@ struct ChainCounts {
   std::uint64_t measurements{0};       ///< accepted
   std::uint64_t consensus{0};          ///< frames in which the features agreed
   std::uint64_t front_refused{0};      ///< frames the front had no room for
+  std::uint64_t room_flushed{0};       ///< times all places were taken by frames that waited: they went on with what there was
   std::uint64_t arrival_unknown{0};    ///< frames that waited in vain for their arrival on the strobe's clock
   StampCounters stamp{};
   AlignerCounters aligner{};

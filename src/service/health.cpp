@@ -52,6 +52,7 @@ void add_counters(health_t& out, const Pipeline::State& s, const ChainCounts& c,
   add(out, "capture.starts", camera.starts);
   add(out, "service.queue_full", s.inputs.refused());
   add(out, "service.no_room", c.front_refused);
+  add(out, "service.room_flushed", c.room_flushed);
   add(out, "time.edges", c.stamp.edges);
   add(out, "time.edges_lost", c.stamp.edges_lost_seq + c.stamp.edges_lost_inferred);
   add(out, "time.edges_spurious", c.stamp.edges_spurious);

@@ -146,6 +146,7 @@ std::string Pipeline::summary() const {
   j["frames_incomplete"] = c.incomplete;
   j["frames_lost_by_cause"] = {{"gap", c.lost_gap}, {"leader", c.lost_leader}, {"no_buffer", c.lost_no_buffer}, {"size_mismatch", c.lost_size_mismatch},
                                {"rows_unknown", c.lost_rows_unknown}, {"frozen", c.lost_frozen}, {"queue_full", s.refused<TimedFrame>()}, {"no_room", n.front_refused}};
+  j["room_flushed"] = n.room_flushed;
   j["frames_in_chain"] = n.frames;
   j["inputs_refused"] = {{"frames", s.refused<TimedFrame>()}, {"edges", s.refused<StrobeEdge>()}, {"arrivals", s.refused<FrameArrival>()},
                          {"tspi", s.refused<ArrivedTspi>()}, {"time_marks", s.refused<TimeMark>()}};

@@ -113,18 +113,9 @@ class ChainThread {
   }
   std::size_t room_place(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = put(std::move(frame));
-    if (place != WaitingRoom::kPlaces) held_info_[place] = info;
-    return place;
-  }
-  /// With every place taken, frames would wait for later ones that find no place: those that wait go on with what there is.
-  std::size_t put(TimedFrame&& frame) {
-    if (room_.used() == WaitingRoom::kPlaces) {
-      front_.flush();
-      drain();
-    }
-    const std::size_t place = room_.put(std::move(frame));
+    const std::size_t place = make_place(std::move(frame));
     if (place == WaitingRoom::kPlaces) ++counts_.front_refused;
+    else held_info_[place] = info;
     return place;
   }
   void pop_held() {
@@ -136,10 +127,23 @@ class ChainThread {
     arrivals_.pop_back();
   }
 
+  /// A frame is let go by a later one; where there is no room for a later one, none would ever be.
+  std::size_t make_place(TimedFrame&& frame) {
+    const std::size_t place = room_.put(std::move(frame));
+    if (place != WaitingRoom::kPlaces) return place;
+    ++counts_.room_flushed;
+    front_.flush();
+    drain();
+    return room_.put(std::move(frame));
+  }
+
   void admit(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = put(std::move(frame));
-    if (place == WaitingRoom::kPlaces) return;
+    const std::size_t place = make_place(std::move(frame));
+    if (place == WaitingRoom::kPlaces) {
+      ++counts_.front_refused;
+      return;
+    }
     if (front_.push(info, place, number_[place])) return drain();
     (void)room_.take(place);
     ++counts_.front_refused;
