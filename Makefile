@@ -170,6 +170,17 @@ thesis-table: all ## the thesis' results beside ours over S1 to S4; flies what i
 	@/usr/bin/python3 tools/flights.py make $(B) s1 s2 s3 s4
 	@/usr/bin/python3 tools/thesis_table.py $(B)
 
+MINUTES ?= 3
+FPS ?= 60
+SEED ?= 1
+.PHONY: faults soak
+build/flights/%/manifest.toml: config/scenarios/%.toml | $(B)/bin/cyclops-flight
+	@$(B)/bin/cyclops-flight --scenario $< --out $(@D) --replace -q
+faults: all build/flights/faults/manifest.toml ## every fault of the table on the whole rig: noticed, recovered, lost, wrong (ONLY=word)
+	@/usr/bin/python3 tools/faults.py $(B) --only "$(ONLY)"
+soak: all build/flights/soak/manifest.toml ## random faults for MINUTES at FPS frames a second: does every counter balance, is memory flat?
+	@/usr/bin/python3 tools/soak.py $(B) --minutes $(MINUTES) --fps $(FPS) --seed $(SEED)
+
 LEARN ?= build/flights/s1@0-23
 LEARN_TEST ?= build/flights/s1@24-60 build/flights/s2 build/flights/s4
 LEARN_OUT ?= build/learnt.csv

@@ -10,7 +10,7 @@ float microseconds(Duration d) { return static_cast<float>(static_cast<double>(d
 
 std::uint64_t lost_frames(const Counts& n) {
   const CameraCounters& c = n.camera;
-  return c.lost_gap + c.lost_leader + c.lost_no_buffer + c.lost_size_mismatch + c.lost_rows_unknown + n.chain.front_refused;
+  return c.lost_gap + c.lost_leader + c.lost_no_buffer + c.lost_size_mismatch + c.lost_rows_unknown + c.lost_frozen + n.chain.front_refused;
 }
 
 std::uint64_t refused_messages(const Counts& n) {
@@ -159,6 +159,7 @@ void HealthMaker::counters() {
   add(out_, "capture.lost.no_buffer", camera.lost_no_buffer);
   add(out_, "capture.lost.size_mismatch", camera.lost_size_mismatch);
   add(out_, "capture.lost.rows_unknown", camera.lost_rows_unknown);
+  add(out_, "capture.lost.frozen", camera.lost_frozen);
   add(out_, "capture.resent_packets", camera.packets.resent);
   add(out_, "capture.starts", camera.starts);
   add(out_, "service.queue_full", s_.inputs.refused());

@@ -55,10 +55,10 @@ Pipeline::State::State(Rig r, Profile p, ServiceOptions o) : rig(std::move(r)), 
 Pipeline::State::~State() = default;
 
 void Pipeline::State::offer(Input&& input) {
+  const std::size_t kind = input.index();
   if (inputs.try_push(std::move(input))) return;
   const std::lock_guard lock(counts_mutex);
-  ++inputs_refused;
-  if (std::holds_alternative<TimedFrame>(input)) ++frames_refused;
+  ++inputs_refused[kind];
 }
 
 Pipeline::Pipeline(Rig rig, Profile profile, ServiceOptions options)
@@ -141,10 +141,11 @@ std::string Pipeline::summary() const {
   j["frames_complete"] = c.received;
   j["frames_incomplete"] = c.incomplete;
   j["frames_lost_by_cause"] = {{"gap", c.lost_gap}, {"leader", c.lost_leader}, {"no_buffer", c.lost_no_buffer}, {"size_mismatch", c.lost_size_mismatch},
-                               {"rows_unknown", c.lost_rows_unknown}, {"queue_full", s.frames_refused}, {"no_room", n.front_refused}};
+                               {"rows_unknown", c.lost_rows_unknown}, {"frozen", c.lost_frozen}, {"queue_full", s.refused<TimedFrame>()}, {"no_room", n.front_refused}};
   j["room_flushed"] = n.room_flushed;
-  j["inputs_refused"] = s.inputs_refused;
   j["frames_in_chain"] = n.frames;
+  j["inputs_refused"] = {{"frames", s.refused<TimedFrame>()}, {"edges", s.refused<StrobeEdge>()}, {"arrivals", s.refused<FrameArrival>()},
+                         {"tspi", s.refused<ArrivedTspi>()}, {"time_marks", s.refused<TimeMark>()}};
   j["nav_updates"] = n.nav_updates;
   j["frames_with_consensus"] = n.consensus;
   j["camera"] = {{"starts", c.starts}, {"losses", c.losses}, {"failed_opens", c.failed_opens}, {"resent_packets", c.packets.resent}, {"missing_packets", c.packets.missing}};
@@ -156,7 +157,9 @@ std::string Pipeline::summary() const {
     j["tspi"][a == 0 ? "receiver" : "tanker"] = {{"received", s.link_counts[a].received}, {"refused", s.link_counts[a].refused}, {"guarded", s.link_counts[a].guarded},
                                                  {"flooded", s.link_counts[a].flooded}, {"not_authentic", s.link_counts[a].not_authentic}, {"replayed", s.link_counts[a].replayed},
                                                  {"accepted", n.tspi[a].accepted}, {"out_of_order", n.tspi[a].out_of_order_inserted}, {"duplicate", n.tspi[a].duplicate},
-                                                 {"missing", n.tspi[a].missing}};
+                                                 {"missing", n.tspi[a].missing}, {"too_old", n.tspi[a].too_old}, {"held_back", n.tspi[a].held_back},
+                                                 {"jumps", n.tspi[a].jump_forward + n.tspi[a].jump_back}};
+  j["tspi"]["without_clock"] = n.front.tspi_without_clock;
   j["tracks"] = {{"initiated", n.track.initiated}, {"dropped", n.track.dropped}, {"left_image", n.track.left_image}};
   j["latency_ms"] = quantiles(s.latency, 1e-6);
   for (std::size_t i = 0; i < kStages; ++i) j["stage_us"][to_string(static_cast<Stage>(i))] = quantiles(s.stage[i], 1e-3);

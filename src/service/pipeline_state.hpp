@@ -1,5 +1,6 @@
 #pragma once
 /// Inside service: what the threads of the pipeline share.
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <thread>
@@ -73,8 +74,7 @@ struct Pipeline::State {
   StrobeStatus strobe_status{};
   StrobeStatus pps_status{};
   LinkCounts link_counts[kLinks]{};
-  std::uint64_t inputs_refused{0};
-  std::uint64_t frames_refused{0};           ///< frames among them
+  std::array<std::uint64_t, std::variant_size_v<Input>> inputs_refused{};  // by kind
 
   // of the publish thread, read after it has ended
   Histogram stage[kStages];
@@ -95,6 +95,9 @@ struct Pipeline::State {
   void run_chain();
   void run_publish();
   void offer(Input&& input);
+  /// Inputs of one kind that found the queue full; under the mutex, or when every thread has ended.
+  template <class Kind>
+  [[nodiscard]] std::uint64_t refused() const { return inputs_refused[input_index<Kind>()]; }
   [[nodiscard]] Time service_now() const { return Time{host_now_ns()}; }
 };
 

@@ -70,6 +70,7 @@ class RecordedFront {
   }
   /// A clock of a bench goes on, unless it was set.
   void see(Time t) {
+    if (t.ns == 0) return;  // an arrival that is not known
     if (t > seen_ || seen_ - t > Duration::from_seconds(1)) seen_ = t;
     if (known_) return;
     known_ = true;

@@ -1,4 +1,6 @@
 // The chain's thread: one queue in, whole frames out.
+#include <algorithm>
+
 #include "service/pipeline_state.hpp"
 #include "service/recorded_front.hpp"
 
@@ -38,9 +40,13 @@ class ChainThread {
   void handle(AcquisitionStarted&& start) {
     give_up_arrivals(0);
     arrivals_.clear();
-    front_.restart(start.t);
+    // On a recorded clock the host cannot say when that was: after the edges that have come so far.
+    front_.restart(s_.strobe_clock && newest_edge_.ns != INT64_MIN ? newest_edge_ + Duration{1} : start.t);
   }
-  void handle(StrobeEdge&& edge) { front_.push(edge); }
+  void handle(StrobeEdge&& edge) {
+    newest_edge_ = std::max(newest_edge_, edge.t);
+    front_.push(edge);
+  }
   void handle(FrameArrival&& arrival) {
     if (arrivals_.full()) drop_oldest_arrival();
     arrivals_.push_back(arrival);
@@ -53,9 +59,9 @@ class ChainThread {
     if (front_.push(edge)) say_gps_locked(edge.edge.t);
   }
   void say_gps_locked(Time t) {
-    const std::uint64_t whole = front_.front().gps().counters().whole_second_steps;
-    const bool leap = whole != counts_.gps.whole_second_steps;
-    s_.events.post(t, leap ? EventLevel::kWarning : EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(front_.front().gps().offset().ns) + " ns" +
+    const GpsClock& gps = front_.front().gps();
+    const bool leap = gps.counters().whole_second_steps != counts_.gps.whole_second_steps;
+    s_.events.post(t, leap ? EventLevel::kWarning : EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(gps.offset().ns) + " ns" +
                    (leap ? ", a step by whole seconds: leap second, UTC for GPS time, or week rollover?" : ""));
   }
   void handle(ArrivedTspi&& tspi) {
@@ -71,11 +77,6 @@ class ChainThread {
   }
   void handle(TimedFrame&& frame) {
     if (!s_.strobe_clock) return admit(std::move(frame));
-    // On a bench the arrival is of the host's clock and means nothing; its own comes with the number.
-    if (frame.frame.info.camera_frame_id == 0) {
-      frame.frame.info.t_arrival = {};
-      return admit(std::move(frame));
-    }
     if (held_.full()) give_up_arrivals(held_.capacity() - 1);
     held_.push_back(room_place(std::move(frame)));
     release_known();
@@ -92,22 +93,25 @@ class ChainThread {
       const FrameArrival* found = nullptr;
       for (const FrameArrival& a : arrivals_)
         if (a.camera_frame_id == info.camera_frame_id) found = &a;
-      if (found == nullptr) return;
-      TimedFrame frame = room_.take(held_.front());
-      frame.frame.info.t_arrival = found->t;
-      pop_held();
-      admit(std::move(frame));
+      if (found == nullptr && info.camera_frame_id != 0) return;  // a frame without a number has no arrival to wait for
+      admit_held(found != nullptr ? found->t : Time{});
     }
+  }
+  /// An arrival on this host's own clock would be a time of another clock: better none.
+  void admit_held(Time arrival) {
+    TimedFrame frame = room_.take(held_.front());
+    frame.frame.info.t_arrival = arrival;
+    pop_held();
+    admit(std::move(frame));
   }
   void give_up_arrivals(std::size_t keep) {
     while (held_.size() > keep) {
-      if (held_.front() != WaitingRoom::kPlaces) {
-        ++counts_.arrival_unknown;
-        TimedFrame frame = room_.take(held_.front());
-        frame.frame.info.t_arrival = {};
-        admit(std::move(frame));
+      if (held_.front() == WaitingRoom::kPlaces) {
+        pop_held();
+        continue;
       }
-      pop_held();
+      ++counts_.arrival_unknown;
+      admit_held({});
     }
   }
   std::size_t room_place(TimedFrame&& frame) {
@@ -212,6 +216,7 @@ class ChainThread {
   std::array<FrameInfo, WaitingRoom::kPlaces> held_info_{};
   std::array<std::int64_t, WaitingRoom::kPlaces> number_{};   // in the record, by place
   StaticVector<FrameArrival, kArrivals> arrivals_{};
+  Time newest_edge_{INT64_MIN};
   ChainCounts counts_{};
   std::uint64_t guarded_[2]{};
   Time next_thumbnail_{};

@@ -44,8 +44,9 @@ void Pipeline::State::run_camera() {
       log::info("camera", "streaming from " + started->camera);
     } else if (auto* lost = std::get_if<CameraLost>(&event)) {
       camera_there = false;
-      events.post(service_now(), EventLevel::kFault, "camera", "camera.lost", to_string(lost->reason));
-      log::warning("camera", std::string("lost: ") + to_string(lost->reason));
+      offer(Idle{});
+      events.post(service_now(), EventLevel::kFault, "camera", "camera.lost", std::string(to_string(lost->reason)) + (lost->detail.empty() ? "" : ": " + lost->detail));
+      log::warning("camera", std::string("lost: ") + to_string(lost->reason) + " " + lost->detail);
     } else if (auto* fault = std::get_if<CameraFault>(&event)) {
       events.post(service_now(), EventLevel::kFault, "camera", "camera.fault", fault->error.message());
       if (absent.pass(now, held)) log::error("camera", fault->error.message());
