@@ -40,7 +40,7 @@ WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-d
 NO_FMA := -ffp-contract=off $(if $(filter x86_64,$(shell uname -m)),-mno-fma)
 CXXFLAGS += -std=c++20 $(OPT_$(VARIANT)) -march=$(ARCH) $(NO_FMA) $(WARN) -pthread -DCYCLOPS_VERSION='"$(VERSION)"'
 CPPFLAGS += -Isrc -I. -isystem $(GEN)/cpp $(DEPS_CFLAGS)
-LDFLAGS += $(OPT_$(VARIANT)) -pthread
+LDFLAGS += $(OPT_$(VARIANT)) -pthread -Wl,--as-needed
 LDLIBS += $(DEPS_LIBS)
 
 # --- sources: the path tells what a file becomes -----------------------------------------------------------------
@@ -105,6 +105,8 @@ $(FLAGS):
 $(B)/obj/%.o: %.cpp $(FLAGS) | $(TYPES_STAMP)
 	@mkdir -p $(@D); echo "  c++ $<"
 	@$(CXX) $(CPPFLAGS) $(CXXFLAGS) -MD -MP -c $< -o $@
+$(B)/obj/tools/web_page.o: tools/web_page.html
+$(B)/obj/src/monitor/limits.o: config/alarms.toml
 $(B)/lib/libcyclops.a: $(call objects,$(LIB_SRC))
 $(B)/lib/libhil.a: $(call objects,$(HIL_SRC))
 $(B)/lib/libtools.a: $(call objects,$(TOOL_SRC))
@@ -113,7 +115,7 @@ $(B)/lib/%.a:
 define program_rule
 $(call program,$(1)): $(call objects,$(1)) $(LIBS)
 	@mkdir -p $$(@D); echo "  link $$@"
-	@$(CXX) $(LDFLAGS) $$^ $(LDLIBS) -o $$@
+	@$(CXX) $(LDFLAGS) $$^ $$(LDLIBS) -o $$@
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$(m))))
 # Only learning needs a solver.
@@ -167,6 +169,17 @@ flights-page: types ## one page with pictures and figures of build/flights (PAGE
 thesis-table: all ## the thesis' results beside ours over S1 to S4; flies what is missing
 	@/usr/bin/python3 tools/flights.py make $(B) s1 s2 s3 s4
 	@/usr/bin/python3 tools/thesis_table.py $(B)
+
+MINUTES ?= 3
+FPS ?= 60
+SEED ?= 1
+.PHONY: faults soak
+build/flights/%/manifest.toml: config/scenarios/%.toml | $(B)/bin/cyclops-flight
+	@$(B)/bin/cyclops-flight --scenario $< --out $(@D) --replace -q
+faults: all build/flights/faults/manifest.toml ## every fault of the table on the whole rig: noticed, recovered, lost, wrong (ONLY=word)
+	@/usr/bin/python3 tools/faults.py $(B) --only "$(ONLY)"
+soak: all build/flights/soak/manifest.toml ## random faults for MINUTES at FPS frames a second: does every counter balance, is memory flat?
+	@/usr/bin/python3 tools/soak.py $(B) --minutes $(MINUTES) --fps $(FPS) --seed $(SEED)
 
 LEARN ?= build/flights/s1@0-23
 LEARN_TEST ?= build/flights/s1@24-60 build/flights/s2 build/flights/s4

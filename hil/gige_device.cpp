@@ -151,6 +151,12 @@ Result<> GigeDevice::reappear() {
   return Ok{};
 }
 
+void GigeDevice::change_settings(std::optional<double> exposure_us, std::optional<double> frame_rate_hz) {
+  const std::lock_guard lock(mutex_);
+  if (exposure_us) registers_.set_float(reg::kExposure, *exposure_us);
+  if (frame_rate_hz) registers_.set_float(reg::kFrameRate, *frame_rate_hz);
+}
+
 GigeStats GigeDevice::stats() const {
   const std::lock_guard lock(mutex_);
   return stats_;

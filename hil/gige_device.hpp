@@ -12,6 +12,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -80,6 +81,8 @@ class GigeDevice {
   void set_fault(PacketFault fault);  ///< an empty one ends the faults
   void vanish(Outage outage);         ///< closes the sockets; returns when they are closed
   Result<> reappear();
+  /// As if somebody had turned the camera's own knobs: no client is told. What is not given stays.
+  void change_settings(std::optional<double> exposure_us, std::optional<double> frame_rate_hz);
   [[nodiscard]] GigeStats stats() const;
   [[nodiscard]] GigeSettings settings() const;
 

@@ -131,6 +131,8 @@ bool GigeRegisters::expire(std::int64_t now_ns) {
   return true;
 }
 
+void GigeRegisters::set_float(std::uint32_t address, double value) { put(address, std::bit_cast<std::uint32_t>(static_cast<float>(value))); }
+
 void GigeRegisters::set_source_port(std::uint16_t port) {
   source_port_ = port;
   put(reg::kStreamSourcePort, port);

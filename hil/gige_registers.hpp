@@ -62,6 +62,7 @@ class GigeRegisters {
   bool expire(std::int64_t now_ns);
   void power_on();                                      ///< everything as configured, nobody in control
   void set_source_port(std::uint16_t port);
+  void set_float(std::uint32_t address, double value);  ///< by the camera itself, unchecked
 
   [[nodiscard]] bool acquiring() const { return value(reg::kAcquisition) == 1; }
   [[nodiscard]] bool controlled() const { return controller_.has_value(); }

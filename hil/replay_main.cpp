@@ -54,6 +54,9 @@ int main(int argc, char** argv) {
   app.add_flag("--paused", options.paused, "wait for play or step");
   app.add_option("--start", options.start_s, "begin so many seconds into the flight")->check(CLI::NonNegativeNumber);
   app.add_option("--frames", options.most_frames, "stop after so many frames")->check(CLI::NonNegativeNumber);
+  app.add_option("--seconds", options.most_s, "stop after so many seconds of flight")->check(CLI::NonNegativeNumber);
+  app.add_option("--faults", options.faults, "script of what goes wrong (docs/faults.md)")->check(CLI::ExistingFile);
+  app.add_option("--sent", options.sent_path, "CSV of every frame sent");
   app.add_option("--lcm", options.lcm_url, "LCM URL; LCM_DEFAULT_URL when left out");
   app.add_option("--address", options.address, "IPv4 to serve on; the rig's when left out");
   auto* sim = app.add_option("--gpio-sim", options.gpio_sim, "folder of a gpio-sim chip (tools/gpio_sim.sh makes one): strobe edges are pulses there");

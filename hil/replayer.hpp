@@ -9,6 +9,7 @@
 ///          will do; the instants of time marks are moved to that clock, and a pause is a step of GPS time.
 /// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps. Those of
 ///          a recorded sortie keep their numbers; frames that were not recorded whole are not sent: they are gaps too.
+/// Faults   of a script strike where they would in flight: in the camera, on the line, on the link, in this machine.
 /// Threads  run() is one thread, a second one inside sends frames; control methods from any thread.
 #include <atomic>
 #include <functional>
@@ -37,6 +38,9 @@ struct ReplayOptions {
   int gpio_pps_line{-1};                   ///< pulsed at each time mark; -1: none
   int most_ahead{6};
   std::int64_t most_frames{0};             ///< stop after so many; 0: all
+  double most_s{0};                        ///< stop after so many seconds of flight played; 0: all
+  std::string faults;                      ///< script (hil/fault_script.hpp); empty: nothing goes wrong
+  std::string sent_path;                   ///< CSV of what was sent (hil/sent_log.hpp); empty: none
 };
 
 struct ReplayProgress {

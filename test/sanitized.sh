@@ -24,7 +24,7 @@ step "pictures of a board" /usr/bin/python3 test/tools/make_folder.py "$out/boar
 step "import" "$b/bin/cyclops-import" "$out/board" --out "$out/flight"
 step "offline" "$b/bin/cyclops-offline" "$out/flight" --out "$out/offline.lcm" --summary "$out/offline.json" --scores "$out/scores.csv" --quiet
 step "offline, profile of 2007" "$b/bin/cyclops-offline" "$out/flight" --config config/thesis-2007.toml --out "$out/thesis.csv" --quiet
-step "whole rig" hil/rig.sh "$b" "$out/flight" "$out/live" - 1
+step "whole rig" env RECORD=yes hil/rig.sh "$b" "$out/flight" "$out/live" - 1
 # How many frames a slow build keeps up with is not the question here: the comparison may find some missing.
 step "live beside offline" bash -c '"$0" diff "$1" "$2" || [ $? = 2 ]' "$b/bin/cyclops-log" "$out/offline.lcm" "$out/live/live.lcm"
 step "score" "$b/bin/cyclops-score" "$out/flight" "$out/live/live.lcm" --summary "$out/score.json" --service "$out/live/service.json" --replay "$out/live/replay.json"

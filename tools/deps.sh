@@ -36,7 +36,8 @@ out=$1
 mkdir -p "$(dirname "$out")"
 pc="aravis-0.8 lcm libgpiod assimp eigen3 geographiclib glib-2.0 gobject-2.0 gio-2.0 spdlog"
 cflags=$(pkg-config --cflags $pc | sed 's/-I/-isystem /g')
-libs=$(pkg-config --libs $pc)
+# Of these only the libraries: their headers need no flags of their own, but for httplib.h, which tools/http.hpp includes.
+libs="$(pkg-config --libs $pc) $(pkg-config --libs libsodium ncursesw cpp-httplib)"
 gpiod=$(pkg-config --modversion libgpiod | cut -d. -f1)
 # -isystem keeps other people's warnings out of ours; opencv4.pc is only in the large package.
 cat >"$out.tmp" <<MK

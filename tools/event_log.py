@@ -1,11 +1,27 @@
-"""Reads an LCM event log: events as (number, time_us, channel, payload). A cut last event ends the log."""
+"""Reads an LCM event log with all its parts: events as (number, time_us, channel, payload). A cut last event ends its file."""
+import os
 import struct
 
 SYNC = 0xEDA1DA01
 MOST = 64 << 20  # bytes of one payload
 
 
+def parts(path):
+    """NAME.lcm, NAME.001.lcm ... as far as they are there"""
+    yield path
+    name, end = os.path.splitext(path)
+    number = 1
+    while os.path.exists(part := f"{name}.{number:03d}{end}"):
+        yield part
+        number += 1
+
+
 def events(path):
+    for part in parts(path):
+        yield from events_of_file(part)
+
+
+def events_of_file(path):
     with open(path, "rb") as file:
         while True:
             head = file.read(28)

@@ -60,7 +60,7 @@ cv::Mat draw(const ImageView& image, std::int64_t seq, const Said* said) {
     std::snprintf(text, sizeof text, "frame %lld  GPS %.3f s  %d measured  range %.1f m  integrity %.2f", static_cast<long long>(seq), static_cast<double>(m.mid_exposure_gps_ns) * 1e-9, m.accepted,
                   static_cast<double>(said->predictions.range_m), static_cast<double>(m.integrity));
   }
-  cv::rectangle(out, {0, 0}, {out.cols, 20}, {0, 0, 0}, cv::FILLED);
+  cv::copyMakeBorder(out, out, 20, 0, 0, 0, cv::BORDER_CONSTANT, {0, 0, 0});
   cv::putText(out, text, {6, 14}, cv::FONT_HERSHEY_SIMPLEX, 0.45, kWhite, 1, cv::LINE_AA);
   return out;
 }

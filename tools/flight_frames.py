@@ -30,22 +30,22 @@ class Flight:
         self.offsets = list(self._index())
 
     def _index(self):
-        """(offset, bytes) of each frame, without its pixels being read."""
-        path = os.path.join(self.folder, "frames.lcm")
-        with open(path, "rb") as file:
-            while len(head := file.read(28)) == 28:
-                _, _, _, channel, size = struct.unpack(">IqqII", head)
-                file.seek(channel, os.SEEK_CUR)
-                yield file.tell(), size
-                file.seek(size, os.SEEK_CUR)
+        """(file, offset, bytes) of each frame, without its pixels being read."""
+        for path in event_log.parts(os.path.join(self.folder, "frames.lcm")):
+            with open(path, "rb") as file:
+                while len(head := file.read(28)) == 28:
+                    _, _, _, channel, size = struct.unpack(">IqqII", head)
+                    if file.read(channel) == b"FRAME_DATA":
+                        yield path, file.tell(), size
+                    file.seek(size, os.SEEK_CUR)
 
     def __len__(self):
         return len(self.offsets)
 
     def frame(self, number):
         """(camera frame id, counts as a matrix)"""
-        offset, size = self.offsets[number]
-        with open(os.path.join(self.folder, "frames.lcm"), "rb") as file:
+        path, offset, size = self.offsets[number]
+        with open(path, "rb") as file:
             file.seek(offset)
             head = self.lcm.frame_data_t.decode(file.read(size))
         kind = np.uint8 if head.pixel_format == 0 else np.dtype("<u2")

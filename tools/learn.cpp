@@ -1,24 +1,13 @@
 #include "tools/learn.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace cyclops::tools::learn {
 namespace {
 
 constexpr int kLeastInRound = 6;         // sights without which a point does not go on to the next round
 constexpr double kHopeless_px = 1.0;     // scatter
-
-double mean_distance_px(const std::vector<View>& views, const LearntPoint& p, const Point<frame::K>& q) {
-  double sum = 0;
-  int n = 0;
-  for (std::size_t i = 0; i < p.sights.size(); i += 1 + p.sights.size() / 8) {
-    const View& view = views[static_cast<std::size_t>(p.sights[i].view)];
-    const auto a = view.camera->project(view.T_c_k * p.p_k), b = view.camera->project(view.T_c_k * q);
-    sum += a && b ? (*a - *b).norm() : 1e9;
-    ++n;
-  }
-  return n == 0 ? 1e9 : sum / n;
-}
 
 /// Each surveyed feature gets the point that is nearest to it in the pictures, if any is near.
 void tie_to_survey(const Views& views, double most_px, std::vector<LearntPoint>& points) {
@@ -40,6 +29,15 @@ void drop_hopeless(std::vector<LearntPoint>& points) {
   std::erase_if(points, [](const LearntPoint& p) { return p.sights.size() < kLeastInRound || p.scatter_px > kHopeless_px; });
 }
 
+void settle(Views& views, const AxesConfig& config, std::vector<LearntPoint>& points, const Said& said) {
+  const AxesChange change = find_axes(views, points, config);
+  move_axes(change, views, points);
+  char text[160];
+  std::snprintf(text, sizeof text, "axes: %d features agree; turned %.2f %.2f %.2f mrad, moved %.1f %.1f %.1f cm, scale %+.2f per mille", change.agree, 1e3 * change.turn_rad.x(),
+                1e3 * change.turn_rad.y(), 1e3 * change.turn_rad.z(), 1e2 * change.shift_m.x(), 1e2 * change.shift_m.y(), 1e2 * change.shift_m.z(), 1e3 * (change.scale - 1));
+  if (said) said(text);
+}
+
 std::string counted(const char* what, std::size_t n) { return std::string(what) + ": " + std::to_string(n) + " points"; }
 
 }  // namespace
@@ -49,7 +47,12 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
   followed = points.size();
   if (said) said(counted("followed", followed));
   if (points.empty()) return make_error(ErrorCode::kUnusable, "follow", "found no point in " + std::to_string(views.views.size()) + " views, expected some that are seen often");
+  bool settled = false;
   for (const LearnConfig::Round& round : config.rounds) {
+    if (round.tie_px > 0 && !settled) {
+      settle(views, config.axes, points, said);
+      settled = true;
+    }
     match_all(views.views, round.match_px, points);
     drop_hopeless(points);
     tie_to_survey(views, round.tie_px, points);
@@ -58,23 +61,16 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
     drop_hopeless(points);
     if (said) said(counted("adjusted", points.size()) + ", " + std::to_string(std::count_if(points.begin(), points.end(), [](const LearntPoint& p) { return p.survey >= 0; })) + " of them tied to the survey");
   }
-  ChooseConfig generous = config.choose;
-  generous.most_sigma_px = 1e9;  // not known yet
-  Refused refused;
-  std::vector<ChosenPoint> chosen = choose(generous, views.views, points, &refused);
-  if (said)
-    said("refused: " + std::to_string(refused.few) + " seldom seen, " + std::to_string(refused.scatter) + " scatter, " + std::to_string(refused.drift) + " drift, " +
-         std::to_string(refused.weak) + " weak, " + std::to_string(refused.near) + " too near to a better one");
-  points.clear();
-  for (ChosenPoint& c : chosen) points.push_back(c.point);
-  if (points.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point of " + std::to_string(followed) + " is found again and again in the same place, expected some");
   BundleConfig last = config.bundle;
   last.covariance = true;
   CYCLOPS_TRY(adjust(last, views, points));
   for (LearntPoint& p : points) rate(views.views, p);
-  tie_to_survey(views, config.rounds.back().tie_px, points);
-  chosen = choose(config.choose, views.views, points);
-  if (chosen.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point's place is known well enough, expected some below " + std::to_string(config.choose.most_sigma_px) + " px");
+  Refused refused;
+  std::vector<ChosenPoint> chosen = choose(config.choose, views.views, points, &refused);
+  if (said)
+    said("refused: " + std::to_string(refused.few) + " seldom seen, " + std::to_string(refused.scatter) + " scatter, " + std::to_string(refused.drift) + " drift, " +
+         std::to_string(refused.weak) + " weak, " + std::to_string(refused.uncertain) + " uncertain, " + std::to_string(refused.near) + " too near to a better one");
+  if (chosen.empty()) return make_error(ErrorCode::kUnusable, "choose", "no point of " + std::to_string(followed) + " is found again and again in the same place, expected some");
   for (ChosenPoint& c : chosen) c.point.cov_m2 *= c.point.inflation;
   if (said) said(counted("chosen", chosen.size()));
   return chosen;

@@ -6,6 +6,7 @@
 /// Threads  one at a time. Deterministic: the same flights give the same model.
 #include <functional>
 
+#include "tools/learn_axes.hpp"
 #include "tools/learn_bundle.hpp"
 #include "tools/learn_choose.hpp"
 #include "tools/learn_points.hpp"
@@ -22,7 +23,8 @@ struct LearnConfig {
     double match_px;             ///< radius in which a point takes a corner
     double tie_px;               ///< a point this near to a surveyed feature, on average over its views, is tied to it
   };
-  std::vector<Round> rounds{{3.0, 2.0}, {2.0, 1.5}, {1.5, 1.0}, {1.5, 0.8}};  ///< of matching and adjusting
+  std::vector<Round> rounds{{3.0, 0}, {2.0, 0}, {1.5, 0.8}, {1.5, 0.8}};  ///< of matching and adjusting; tie_px 0: none yet
+  AxesConfig axes{};             ///< found before the first round with ties
 };
 
 struct Learnt {

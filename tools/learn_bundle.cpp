@@ -8,6 +8,8 @@
 
 #include "tools/learn_cost.hpp"
 
+// Debian builds Ceres without AVX, so its Eigen aligns memory otherwise than ours: nothing but plain double may pass between them.
+
 namespace cyclops::tools::learn {
 namespace {
 

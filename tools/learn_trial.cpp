@@ -32,6 +32,12 @@ Vec3 lens_k(const CameraPose& T_c_k) { return (T_c_k.inverse() * Point<frame::C>
 struct Errors {
   std::vector<double> px, metres_aligned, metres_measured;
   Vec3 sum_aligned_m{0, 0, 0};  // tanker body axes
+  struct ByPoint {
+    std::int64_t n{0};
+    Vec2 sum_px{0, 0};
+    double sum_norm_px{0};
+  };
+  std::map<FeatureId, ByPoint> by_point;
   std::int64_t measured{0}, frames{0}, consensus{0}, inside95{0}, far{0}, predicted{0};
   double truth_rms_px{0};
 };
@@ -83,6 +89,10 @@ class Tester {
       const Vec2 r = m.raw_px - *at;
       ++errors_.measured;
       errors_.px.push_back(r.norm());
+      Errors::ByPoint& b = errors_.by_point[m.id];
+      ++b.n;
+      b.sum_px += r;
+      b.sum_norm_px += r.norm();
       errors_.inside95 += r.dot(m.cov_px2.inverse() * r) < 5.991 ? 1 : 0;
       errors_.far += r.norm() > 5 ? 1 : 0;
       points.push_back({p_k, m.raw_px, m.cov_px2});
@@ -101,6 +111,11 @@ class Tester {
 
 json figures_of(const Errors& e) {
   const Vec3 bias = e.sum_aligned_m / static_cast<double>(std::max<std::int64_t>(1, e.consensus));
+  json by_point = json::array();
+  for (const auto& [id, b] : e.by_point) {
+    const auto n = static_cast<double>(b.n);
+    by_point.push_back({{"id", id}, {"measured", b.n}, {"error_px", b.sum_norm_px / n}, {"bias_px", {b.sum_px.x() / n, b.sum_px.y() / n}}});
+  }
   const double frames = static_cast<double>(std::max<std::int64_t>(1, e.frames)), measured = static_cast<double>(std::max<std::int64_t>(1, e.measured));
   return {{"frames", e.frames},
           {"consensus_share", static_cast<double>(e.consensus) / frames},
@@ -112,6 +127,7 @@ json figures_of(const Errors& e) {
           {"aligned_position_error_m", distribution(e.metres_aligned)},
           {"aligned_position_bias_m", {bias.x(), bias.y(), bias.z()}},
           {"measured_position_error_m", distribution(e.metres_measured)},
+          {"by_point", by_point},
           {"truth_fit_rms_px", e.truth_rms_px}};
 }
 

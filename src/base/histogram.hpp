@@ -50,4 +50,23 @@ class Histogram {
   double sum_ns_{0};
 };
 
+/// Of the last one to two spans, never empty in between: turn() is called once a span.
+class RecentHistogram {
+ public:
+  void add(Duration d) {
+    older_.add(d);
+    newer_.add(d);
+  }
+  void turn() {
+    older_ = newer_;
+    newer_.clear();
+  }
+  [[nodiscard]] Duration quantile(double q) const { return older_.quantile(q); }
+  [[nodiscard]] Duration max() const { return older_.max(); }
+
+ private:
+  Histogram older_;
+  Histogram newer_;
+};
+
 }  // namespace cyclops

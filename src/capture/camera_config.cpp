@@ -23,6 +23,7 @@ Result<> validated(const CameraConfig& c) {
   CYCLOPS_TRY(inside("buffers", c.buffers, 4, 64));
   CYCLOPS_TRY(inside("stream_priority", c.stream_priority, 0, 99));
   CYCLOPS_TRY(inside("watchdog_periods", c.watchdog_periods, 2, 10'000));
+  CYCLOPS_TRY(inside("frozen_after", c.frozen_after, 0, 1000));
   CYCLOPS_TRY(inside("socket_buffer_bytes", c.socket_buffer_bytes, 65'536, 1 << 30));
   return Ok{};
 }

@@ -32,6 +32,10 @@ struct CameraConfig {
   Duration probe_timeout{250'000'000};   ///< for one answer to "are you there"
   Duration retry_every{200'000'000};     ///< between attempts to open again
 
+  // What a camera that streams may still do wrong.
+  Duration verify_every{250'000'000};  ///< exposure and frame rate are read back so often; 0: never
+  int frozen_after{2};                   ///< so many repeats of one picture are believed, more are not; 0: all are
+
   [[nodiscard]] Duration period() const { return Duration::from_seconds(1.0 / frame_rate_hz); }
   [[nodiscard]] int row_bytes() const { return width_px * bytes_per_pixel(format); }
   [[nodiscard]] std::size_t payload_bytes() const { return static_cast<std::size_t>(row_bytes()) * static_cast<std::size_t>(height_px); }
@@ -39,6 +43,10 @@ struct CameraConfig {
     const Duration d = period() * watchdog_periods;
     return d < watchdog_least ? watchdog_least : d;
   }
+  /// Silence that ends a stream, after `fruitless` streams in a row without a single frame: a camera that is there but sends
+  /// nothing (paused, waiting for a trigger) is asked again more and more seldom.
+  [[nodiscard]] Duration patience(int fruitless) const { return watchdog() * (std::int64_t{1} << (fruitless < kMostDoublings ? fruitless : kMostDoublings)); }
+  static constexpr int kMostDoublings = 3;
 };
 
 /// Names the first value that is out of range.

@@ -23,6 +23,7 @@ struct CameraCounters {
   std::uint64_t lost_no_buffer{0};      ///< the same, while every buffer was in use
   std::uint64_t lost_size_mismatch{0};  ///< frames of another size or format than configured
   std::uint64_t lost_rows_unknown{0};   ///< frames with no certain row
+  std::uint64_t lost_frozen{0};         ///< frames with the picture of an earlier one
   std::uint64_t aborted{0};             ///< cut by the end of a stream
   std::uint64_t unexpected{0};          ///< buffers the library gave back without a frame
   std::uint64_t starts{0};              ///< streams started; the first is one

@@ -41,7 +41,9 @@ class Settings {
   /// `tolerance` is relative: a camera counts in steps of its own.
   Result<> real(const char* name, double wanted, double tolerance) {
     arv_camera_set_float(camera_, name, wanted, fault_.out());
-    const std::string refused = fault_.failed() ? fault_.text() : "";
+    return real_is(name, wanted, tolerance, fault_.failed() ? fault_.text() : "");
+  }
+  Result<> real_is(const char* name, double wanted, double tolerance, const std::string& refused = "") {
     const double is = arv_camera_get_float(camera_, name, fault_.out());
     if (fault_.failed()) return lacking(name);
     return std::abs(is - wanted) <= tolerance * wanted ? Result<>(Ok{}) : differs(name, shown(is), shown(wanted), refused);
@@ -70,6 +72,9 @@ class Settings {
 
 constexpr double kRateTolerance = 1e-3, kExposureTolerance = 1e-2;
 
+const char* exposure_of(Settings& s) { return s.has("ExposureTime") ? "ExposureTime" : "ExposureTimeAbs"; }
+const char* rate_of(Settings& s) { return s.has("AcquisitionFrameRate") ? "AcquisitionFrameRate" : "AcquisitionFrameRateAbs"; }
+
 Result<> apply(const CameraConfig& c, ArvCamera* camera, const std::string& where) {
   Settings s(camera, where);
   arv_camera_clear_triggers(camera, nullptr);  // free running; a camera without triggers is free running
@@ -82,12 +87,12 @@ Result<> apply(const CameraConfig& c, ArvCamera* camera, const std::string& wher
   CYCLOPS_TRY(s.integer("Height", c.height_px));
   CYCLOPS_TRY(s.integer_is("PayloadSize", static_cast<gint64>(c.payload_bytes())));
   if (s.has("AcquisitionMode")) CYCLOPS_TRY(s.text("AcquisitionMode", "Continuous"));
-  CYCLOPS_TRY(s.real(s.has("ExposureTime") ? "ExposureTime" : "ExposureTimeAbs", c.exposure_us, kExposureTolerance));
+  CYCLOPS_TRY(s.real(exposure_of(s), c.exposure_us, kExposureTolerance));
   if (s.has("AcquisitionFrameRateEnable")) {
     arv::Fault ignored;
     arv_camera_set_boolean(camera, "AcquisitionFrameRateEnable", TRUE, ignored.out());
   }
-  CYCLOPS_TRY(s.real(s.has("AcquisitionFrameRate") ? "AcquisitionFrameRate" : "AcquisitionFrameRateAbs", c.frame_rate_hz, kRateTolerance));
+  CYCLOPS_TRY(s.real(rate_of(s), c.frame_rate_hz, kRateTolerance));
   if (!c.strobe_line.empty()) {
     CYCLOPS_TRY(s.text("LineSelector", c.strobe_line));
     CYCLOPS_TRY(s.text("LineSource", "ExposureActive"));
@@ -110,6 +115,14 @@ Result<int> agree_on_packet_size(const CameraConfig& c, ArvCamera* camera, const
 }
 
 }  // namespace
+
+Result<> verify_settings(const CameraConfig& config, ArvCamera* camera) {
+  auto there = probe_camera(config.address, config.probe_timeout);  // the library would wait for seconds
+  if (!there) return there.error();
+  Settings s(camera, "camera " + config.address);
+  CYCLOPS_TRY(s.real_is(exposure_of(s), config.exposure_us, kExposureTolerance));
+  return s.real_is(rate_of(s), config.frame_rate_hz, kRateTolerance);
+}
 
 Result<OpenCamera> open_camera(const CameraConfig& config) {
   arv::quiet();

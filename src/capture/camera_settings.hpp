@@ -18,5 +18,8 @@ struct OpenCamera {
 };
 
 Result<OpenCamera> open_camera(const CameraConfig& config);
+/// Reads exposure and frame rate back: no picture shows that they have changed, but times and light depend on them. kTimeout or
+/// kNotFound: nobody answers, which says nothing about the settings.
+Result<> verify_settings(const CameraConfig& config, ArvCamera* camera);
 
 }  // namespace cyclops

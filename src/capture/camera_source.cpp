@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "capture/camera_supervisor.hpp"
 #include "capture/frame_numbers.hpp"
+#include "capture/frozen_picture.hpp"
 
 namespace cyclops {
 namespace {
@@ -27,8 +29,6 @@ ArvPixelFormat arv_format(PixelFormat f) {
   return 0;
 }
 
-constexpr int kMostDoublings = 3;
-
 PacketCounters operator+(const PacketCounters& a, const PacketCounters& b) {
   return {a.received + b.received, a.missing + b.missing,       a.resend_requested + b.resend_requested, a.resent + b.resent,
           a.refused + b.refused,   a.duplicated + b.duplicated, a.ignored + b.ignored,                   a.no_buffer + b.no_buffer};
@@ -40,6 +40,7 @@ const char* to_string(LossReason reason) {
   switch (reason) {
     case LossReason::kSilence: return "no frame came";
     case LossReason::kNumbersBack: return "frame numbers went back";
+    case LossReason::kSettings: return "a setting has changed";
     case LossReason::kWrongSize: return "frames are not of the size configured";
     case LossReason::kNumberJump: return "frame number does not follow";
   }
@@ -68,7 +69,6 @@ void CameraFrame::give_back() {
 struct CameraSource::State {
   explicit State(const CameraConfig& c) : config(c), supervisor(c) {}
   const CameraConfig config;
-  CameraSupervisor supervisor;
   std::unique_ptr<CameraSession> session;  // null while the supervisor works on the next one
   bool announced{false};                   // CameraStarted was given for this session
   FrameNumbers numbers;
@@ -76,15 +76,18 @@ struct CameraSource::State {
   Duration silence{};                      // waited in vain since then: a stall of this host is not the camera's silence
   int fruitless{0};                        // streams in a row that ended in silence without a frame
   int wrong_in_a_row{0};
+  FrozenPicture pictures;
+  bool frozen{false};
+  std::optional<Error> to_tell;            // of the frame that was handed out last
   std::int64_t lost_ns{0};
   PacketCounters packets_before;           // of sessions that ended
   PacketCounters packets;                  // of this one
   CameraCounters own;                      // capture thread's
   mutable std::mutex mutex;
   CameraCounters published;                // under mutex
+  CameraSupervisor supervisor;             // ends first: it may be reading from the session's camera
 
-  /// A camera that is there but sends nothing (paused, waiting for a trigger) is asked again more and more seldom.
-  [[nodiscard]] Duration patience() const { return config.watchdog() * (std::int64_t{1} << std::min(fruitless, kMostDoublings)); }
+  [[nodiscard]] Duration patience() const { return config.patience(fruitless); }
 };
 
 CameraSource::CameraSource(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -103,8 +106,10 @@ Result<CameraSource> CameraSource::open(const CameraConfig& config) {
 
 CameraEvent CameraSource::poll(Duration timeout) {
   State& s = *state_;
+  if (s.to_tell) return CameraFault{*std::exchange(s.to_tell, std::nullopt)};
   if (!s.session) return wait_for_stream(timeout);
   if (!s.announced) return begin(std::move(s.session));
+  if (auto changed = s.supervisor.changed()) return lose(LossReason::kSettings, changed->message());
   const Duration wait = std::min(timeout, s.patience() - s.silence);
   const Received got = s.session->wait(wait);
   if (got.buffer != nullptr) {
@@ -144,6 +149,8 @@ CameraEvent CameraSource::begin(std::unique_ptr<CameraSession> session) {
   s.announced = true;
   s.packets = {};
   s.wrong_in_a_row = 0;
+  s.frozen = false;
+  s.supervisor.watch(*s.session);
   alive();
   ++s.own.starts;
   publish_counters();
@@ -153,7 +160,7 @@ CameraEvent CameraSource::begin(std::unique_ptr<CameraSession> session) {
                        camera.found.vendor + " " + camera.found.model + " " + camera.found.serial};
 }
 
-CameraEvent CameraSource::lose(LossReason reason) {
+CameraEvent CameraSource::lose(LossReason reason, std::string detail) {
   State& s = *state_;
   s.lost_ns = monotonic_ns();
   ++s.own.losses;
@@ -162,7 +169,7 @@ CameraEvent CameraSource::lose(LossReason reason) {
   s.packets = {};
   s.own.unexpected += s.session->unexpected();
   s.supervisor.retire(std::move(s.session));
-  return CameraLost{reason, Duration{s.lost_ns - s.last_frame_ns}};
+  return CameraLost{reason, Duration{s.lost_ns - s.last_frame_ns}, std::move(detail)};
 }
 
 CameraEvent CameraSource::handle(ArvBuffer* buffer, std::int64_t arrival_ns) {
@@ -186,8 +193,28 @@ CameraEvent CameraSource::handle(ArvBuffer* buffer, std::int64_t arrival_ns) {
   s.fruitless = 0;
   CameraFrame frame = make_frame(buffer, step.seq, arrival_ns);
   fill_rows(frame);
-  count_frame(frame);
+  const bool was_frozen = s.frozen;
+  s.frozen = repeated(frame);
+  if (!s.frozen) {
+    count_frame(frame);
+    return frame;
+  }
+  ++s.own.lost_frozen;
+  frame.info.missing_rows = static_cast<std::uint32_t>(miss_all(frame));
+  frame.info.status = FrameStatus::kMissing;
+  frame.image = {};
+  if (!was_frozen)
+    s.to_tell = make_error(ErrorCode::kCorrupt, "camera " + s.config.address + ": frame " + std::to_string(frame.info.seq),
+                           "has the picture of the frames before, bit for bit, more than " + std::to_string(s.config.frozen_after) + " times");
   return frame;
+}
+
+/// Is this the picture of earlier frames? Of an incomplete one that cannot be said.
+bool CameraSource::repeated(const CameraFrame& frame) {
+  State& s = *state_;
+  if (s.config.frozen_after == 0) return false;
+  if (frame.info.status != FrameStatus::kComplete) return false;
+  return s.pictures.repeats(frame.image) > s.config.frozen_after;
 }
 
 /// The library tells size and format of complete frames only. An incomplete one is taken for what the one before it was.

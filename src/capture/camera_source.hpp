@@ -4,6 +4,9 @@
 ///   auto source = CameraSource::open(config);                 // the camera is there and as configured, or an Error
 ///   for (;;) std::visit(..., source->poll(Duration::from_ms(100)));
 ///
+/// Settings exposure and frame rate are read back four times a second; a camera that has changed them is opened, so set, again.
+/// Frozen   a picture that comes again bit by bit more often than `frozen_after` is not believed: missing frames until there is a
+///          new one, and a CameraFault after the first of them.
 /// Events   CameraStarted comes before the first frame of each stream: numbers and clock of the camera may have changed, so
 ///          whoever fits them starts anew. CameraFrame: complete, partial (rows in `missing` hold nothing) or missing (only
 ///          seq, arrival and, where not 0, id and tick). CameraLost: the stream ended and is being opened again.
@@ -59,12 +62,14 @@ enum class LossReason {
   kSilence,      ///< no frame for the time of the watchdog
   kNumbersBack,  ///< packets came, but of frames whose numbers went back
   kNumberJump,   ///< the number of a frame does not follow
+  kSettings,     ///< exposure or frame rate is no longer as configured
   kWrongSize,    ///< as many frames as the watchdog has periods were not of the size or format configured
 };
 [[nodiscard]] const char* to_string(LossReason reason);
 struct CameraLost {
   LossReason reason{LossReason::kSilence};
   Duration silence{};  ///< since the last frame
+  std::string detail;  ///< which setting; else empty
 };
 struct CameraFault {
   Error error;
@@ -87,10 +92,11 @@ class CameraSource {
   explicit CameraSource(std::unique_ptr<State> state);
   CameraEvent wait_for_stream(Duration timeout);
   CameraEvent begin(std::unique_ptr<CameraSession> session);
-  CameraEvent lose(LossReason reason);
+  CameraEvent lose(LossReason reason, std::string detail = {});
   void alive();
   CameraEvent handle(ArvBuffer* buffer, std::int64_t arrival_ns);
   bool as_configured(ArvBuffer* buffer);
+  bool repeated(const CameraFrame& frame);
   CameraEvent wrong_size(ArvBuffer* buffer, std::uint64_t seq);
   CameraEvent no_leader(ArvBuffer* buffer, std::int64_t arrival_ns);
   CameraFrame make_frame(ArvBuffer* buffer, std::uint64_t seq, std::int64_t arrival_ns) const;

@@ -1,6 +1,7 @@
 #include "capture/camera_supervisor.hpp"
 
 #include <chrono>
+#include <utility>
 
 namespace cyclops {
 namespace {
@@ -20,9 +21,25 @@ CameraSupervisor::~CameraSupervisor() {
   thread_.join();
 }
 
+void CameraSupervisor::watch(const CameraSession& session) {
+  const std::lock_guard lock(mutex_);
+  watched_.reset(ARV_CAMERA(g_object_ref(session.camera().camera.get())));
+  changed_.reset();
+  has_changed_ = false;
+  order_.notify_all();
+}
+
+std::optional<Error> CameraSupervisor::changed() {
+  if (!has_changed_) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  has_changed_ = false;
+  return std::exchange(changed_, std::nullopt);
+}
+
 void CameraSupervisor::retire(std::unique_ptr<CameraSession> session) {
   {
     const std::lock_guard lock(mutex_);
+    watched_.reset();
     to_end_ = std::move(session);
     wanted_ = true;
   }
@@ -45,17 +62,47 @@ std::uint64_t CameraSupervisor::failed_opens() const {
 
 void CameraSupervisor::run() {
   for (;;) {
+    if (!wait_for_order()) return;
     std::unique_ptr<CameraSession> old;
     {
-      std::unique_lock lock(mutex_);
-      order_.wait(lock, [&] { return stopping_ || wanted_; });
-      if (!wanted_) return;
+      const std::lock_guard lock(mutex_);
       wanted_ = false;
       old = std::move(to_end_);
     }
     if (!end_session(std::move(old))) return;
     open_again();
   }
+}
+
+/// False when the service stops.
+bool CameraSupervisor::wait_for_order() {
+  for (;;) {
+    {
+      std::unique_lock lock(mutex_);
+      const auto ordered = [&] { return stopping_ || wanted_; };
+      const bool verifies = config_.verify_every.ns > 0;
+      if (!verifies) order_.wait(lock, ordered);
+      else (void)order_.wait_for(lock, chrono_of(config_.verify_every), ordered);
+      if (wanted_) return true;
+      if (stopping_) return false;
+    }
+    verify();
+  }
+}
+
+void CameraSupervisor::verify() {
+  arv::Owner<ArvCamera> camera;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!watched_ || changed_) return;
+    camera.reset(ARV_CAMERA(g_object_ref(watched_.get())));
+  }
+  const Result<> as_configured = verify_settings(config_, camera.get());
+  const std::lock_guard lock(mutex_);
+  // Only a value that differs counts; that nobody answers is for the watchdog to find.
+  if (as_configured || as_configured.error().code != ErrorCode::kInvalid || !watched_) return;
+  changed_ = as_configured.error();
+  has_changed_ = true;
 }
 
 /// Readers may still hold frames of it: it ends when the last one is back. False when the service stops.

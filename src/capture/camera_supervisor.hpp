@@ -1,8 +1,10 @@
 #pragma once
-/// Closes streams and opens new ones on a thread of its own, because both block for seconds.
+/// Closes streams and opens new ones on a thread of its own, because both block for seconds; while one lives, reads its settings
+/// back now and then.
 ///
-/// Threads  retire() and take() by the capture thread; the rest is inside. One order at a time: retire a session, then a
-///          new one, or a fault, can be taken.
+/// Threads  watch(), retire(), take() and changed() by the capture thread; the rest is inside. One order at a time: retire a
+///          session, then a new one, or a fault, can be taken.
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -17,6 +19,10 @@ class CameraSupervisor {
   explicit CameraSupervisor(const CameraConfig& config);
   ~CameraSupervisor();
 
+  /// From now on this session's settings are read back.
+  void watch(const CameraSession& session);
+  /// A setting that is no longer as configured; told once.
+  [[nodiscard]] std::optional<Error> changed();
   /// Ends `session` (may be null) and opens the camera again until that works.
   void retire(std::unique_ptr<CameraSession> session);
   struct News {
@@ -29,6 +35,8 @@ class CameraSupervisor {
 
  private:
   void run();
+  bool wait_for_order();
+  void verify();
   bool end_session(std::unique_ptr<CameraSession> session);
   void open_again();
   bool pause(Duration time);
@@ -41,6 +49,9 @@ class CameraSupervisor {
   std::optional<Error> fault_;
   std::string last_fault_;
   std::uint64_t failed_opens_{0};
+  arv::Owner<ArvCamera> watched_;
+  std::optional<Error> changed_;
+  std::atomic<bool> has_changed_{false};
   bool wanted_{false};
   bool stopping_{false};
   std::thread thread_;

@@ -248,7 +248,9 @@ const FlightReader::Place* FlightReader::find(std::int64_t number) const {
 Result<bool> FlightReader::next_of(record::LogEvent& event, std::uint32_t* skimmed_bytes) {
   for (; at_part_ < messages_.size(); ++at_part_) {
     record::EventLog& log = messages_[at_part_];
-    auto more = skimmed_bytes != nullptr ? log.skim(event, *skimmed_bytes) : log.next(event);
+    Result<bool> more = true;
+    do more = skimmed_bytes != nullptr ? log.skim(event, *skimmed_bytes) : log.next(event);
+    while (more.ok() && *more && event.channel == channel::kSeal);  // of the file, not of the flight
     if (!more.ok() || *more) return more;
     if (at_part_ + 1 == messages_.size()) break;
     CYCLOPS_TRY(messages_[at_part_ + 1].seek(0));

@@ -6,6 +6,7 @@
 #include "msg/chain.hpp"
 #include "service/chain.hpp"
 #include "service/front.hpp"
+#include "service/recorder.hpp"
 #include "wire/tspi_guard.hpp"
 
 namespace cyclops {
@@ -17,6 +18,7 @@ struct ChainCounts {
   std::uint64_t measurements{0};       ///< accepted
   std::uint64_t consensus{0};          ///< frames in which the features agreed
   std::uint64_t front_refused{0};      ///< frames the front had no room for
+  std::uint64_t room_flushed{0};       ///< times all places were taken by frames that waited: they went on with what there was
   std::uint64_t arrival_unknown{0};    ///< frames that waited in vain for their arrival on the strobe's clock
   StampCounters stamp{};
   AlignerCounters aligner{};
@@ -28,15 +30,33 @@ struct ChainCounts {
   TrackCounters track{};
   AssociateCounters associate{};
   Time newest_tspi[2]{};
+  Time tspi_arrival[2]{};              ///< of the newest that was believed, service clock of this host
   bool has_tspi[2]{};
 };
 
-/// Of the thread that listens to LCM; one for each aircraft.
+enum class Link : std::uint8_t { kReceiver, kTanker, kTimeMark, kMark };
+inline constexpr std::size_t kLinks = 4;
+/// As counters begin: "tspi.receiver".
+[[nodiscard]] const char* to_string(Link link);
+
+/// Of the thread that listens to LCM; one for each Link.
 struct LinkCounts {
-  std::uint64_t received{0};
+  std::uint64_t received{0};           ///< all that came
   std::uint64_t refused{0};            ///< did not decode or out of range
+  std::uint64_t flooded{0};            ///< beyond the rate of the channel
+  std::uint64_t not_authentic{0};
+  std::uint64_t replayed{0};
   std::uint64_t guarded{0};            ///< refused by the guard: frozen, too fast
-  std::uint64_t queue_full{0};
+};
+
+/// Of all threads at one moment.
+struct Counts {
+  ChainCounts chain{};
+  CameraCounters camera{};
+  StrobeStatus strobe{};
+  StrobeStatus pps{};
+  LinkCounts link[kLinks]{};
+  RecordCounts record{};
 };
 
 struct FrameFacts {                    ///< of the newest frame

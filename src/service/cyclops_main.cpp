@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Cyclops: watches the tanker through a GigE Vision camera and publishes measured feature points over LCM."};
   app.set_version_flag("--version", CYCLOPS_VERSION);
   app.footer("Exit code: 0 stopped by a signal, 1 bad configuration, 3 cannot run (LCM, strobe), 4 stopped without a single frame, 5 the record was not finished.");
-  std::string rig_path, profile_path, summary_path;
+  std::string rig_path, profile_path, alarms_path, key_path, summary_path;
   ServiceOptions options;
   double exit_when_idle_s = 0;
   double reserve_mb = 256, split_mb = 4096;
@@ -35,6 +35,9 @@ int main(int argc, char** argv) {
   app.add_option("--config", profile_path, "profile; the built-in default when left out");
   app.add_option("--lcm", options.lcm_url, "LCM URL; LCM_DEFAULT_URL when left out");
   app.add_option("--thumbnail-hz", options.thumbnail_hz, "small JPEG in FRAME, 0 for none")->capture_default_str()->check(CLI::Range(0.0, 30.0));
+  app.add_option("--thumbnail-px", options.thumbnail_px, "its longer side")->capture_default_str()->check(CLI::Range(64, 1024));
+  app.add_option("--alarms", alarms_path, "limits of HEALTH; the built-in ones (config/alarms.toml) when left out");
+  app.add_option("--key", key_path, "key file: TSPI, time marks and event marks must carry a tag made with it");
   app.add_option("--summary", summary_path, "figures of the run as JSON, written at the end");
   app.add_option("--exit-when-idle", exit_when_idle_s, "end by itself when frames came and then none for so many seconds; 0: never")->check(CLI::Range(0.0, 3600.0));
   app.add_option("--record", options.record.folder, "records a sortie: a new folder in this one");
@@ -58,6 +61,16 @@ int main(int argc, char** argv) {
     auto loaded = Profile::load(profile_path);
     if (!loaded.ok()) return log::error("config", loaded.error().message()), kBadConfig;
     profile = std::move(loaded).value();
+  }
+  if (!alarms_path.empty()) {
+    auto limits = Limits::load(alarms_path);
+    if (!limits.ok()) return log::error("config", limits.error().message()), kBadConfig;
+    options.limits = std::move(limits).value();
+  }
+  if (!key_path.empty()) {
+    auto key = Key::load(key_path);
+    if (!key.ok()) return log::error("config", key.error().message()), kBadConfig;
+    options.key = *key;
   }
   options.profile_path = profile_path;
   options.record.reserve_bytes = static_cast<std::int64_t>(reserve_mb * 1024 * 1024);

@@ -1,11 +1,6 @@
+#include "service/health.hpp"
+
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-
-#include <cyclops/health_t.hpp>
-
-#include "service/pipeline_state.hpp"
 
 namespace cyclops {
 namespace {
@@ -13,67 +8,22 @@ namespace {
 float milliseconds(Duration d) { return static_cast<float>(static_cast<double>(d.ns) * 1e-6); }
 float microseconds(Duration d) { return static_cast<float>(static_cast<double>(d.ns) * 1e-3); }
 
-float rate(std::uint64_t now, std::uint64_t before, double window_s) {
-  return window_s > 0 && now >= before ? static_cast<float>(static_cast<double>(now - before) / window_s) : 0.0F;
+std::uint64_t lost_frames(const Counts& n) {
+  const CameraCounters& c = n.camera;
+  return c.lost_gap + c.lost_leader + c.lost_no_buffer + c.lost_size_mismatch + c.lost_rows_unknown + c.lost_frozen + n.chain.front_refused;
 }
 
-float hottest_c() {
-  float most = -1;
-  for (int zone = 0; zone < 8; ++zone) {
-    char path[64];
-    std::snprintf(path, sizeof path, "/sys/class/thermal/thermal_zone%d/temp", zone);
-    std::FILE* f = std::fopen(path, "r");
-    if (f == nullptr) break;
-    int milli = 0;
-    if (std::fscanf(f, "%d", &milli) == 1) most = std::max(most, static_cast<float>(milli) * 1e-3F);
-    std::fclose(f);
-  }
-  return most;
+std::uint64_t refused_messages(const Counts& n) {
+  std::uint64_t sum = 0;
+  for (const LinkCounts& l : n.link) sum += l.refused + l.flooded + l.not_authentic + l.replayed + l.guarded;
+  return sum;
 }
 
-void add(health_t& out, const char* name, std::uint64_t value) {
+void add(health_t& out, const std::string& name, std::uint64_t value) {
   const auto i = static_cast<std::size_t>(out.n_counters++);
   if (out.counters.size() <= i) out.counters.resize(i + 1);
   out.counters[i].name = name;
   out.counters[i].value = static_cast<std::int64_t>(value);
-}
-
-void add_counters(health_t& out, const Pipeline::State& s, const ChainCounts& c, const CameraCounters& camera, const StrobeStatus& strobe, const LinkCounts (&link)[2]) {
-  out.n_counters = 0;
-  add(out, "capture.complete", camera.received);
-  add(out, "capture.incomplete", camera.incomplete);
-  add(out, "capture.lost.gap", camera.lost_gap);
-  add(out, "capture.lost.leader", camera.lost_leader);
-  add(out, "capture.lost.no_buffer", camera.lost_no_buffer);
-  add(out, "capture.lost.size_mismatch", camera.lost_size_mismatch);
-  add(out, "capture.lost.rows_unknown", camera.lost_rows_unknown);
-  add(out, "capture.resent_packets", camera.packets.resent);
-  add(out, "capture.starts", camera.starts);
-  add(out, "service.queue_full", s.inputs.refused());
-  add(out, "service.no_room", c.front_refused);
-  add(out, "time.edges", c.stamp.edges);
-  add(out, "time.edges_lost", c.stamp.edges_lost_seq + c.stamp.edges_lost_inferred);
-  add(out, "time.edges_spurious", c.stamp.edges_spurious);
-  add(out, "time.edges_doubled", c.stamp.edges_doubled);
-  add(out, "time.frames_without_edge", c.stamp.no_edge_lost + c.stamp.no_edge_waited + c.stamp.no_edge_beside);
-  add(out, "time.locks", c.stamp.lock_count);
-  add(out, "strobe.lost", strobe.lost);
-  add(out, "strobe.disconnects", strobe.disconnects);
-  static constexpr const char* kNames[2][6] = {
-      {"tspi.receiver.received", "tspi.receiver.refused", "tspi.receiver.guarded", "tspi.receiver.out_of_order", "tspi.receiver.duplicate", "tspi.receiver.missing"},
-      {"tspi.tanker.received", "tspi.tanker.refused", "tspi.tanker.guarded", "tspi.tanker.out_of_order", "tspi.tanker.duplicate", "tspi.tanker.missing"}};
-  for (int a = 0; a < 2; ++a) {
-    add(out, kNames[a][0], link[a].received);
-    add(out, kNames[a][1], link[a].refused);
-    add(out, kNames[a][2], link[a].guarded);
-    add(out, kNames[a][3], c.tspi[a].out_of_order_inserted);
-    add(out, kNames[a][4], c.tspi[a].duplicate);
-    add(out, kNames[a][5], c.tspi[a].missing);
-  }
-  add(out, "nav.timed_out", c.aligner.timed_out);
-  add(out, "nav.without_nav", c.aligner.without_nav);
-  add(out, "chain.consensus", c.consensus);
-  add(out, "service.events_lost", s.events.lost());
 }
 
 void add_counters(health_t& out, const RecordCounts& r) {
@@ -90,7 +40,163 @@ void add_counters(health_t& out, const RecordCounts& r) {
 
 }  // namespace
 
-void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus& pps) {
+HealthMaker::HealthMaker(Pipeline::State& s) : s_(s), alarms_(s.options.limits) {}
+
+bool HealthMaker::look(std::int64_t now_ns) {
+  take_counts();
+  levels(now_ns);
+  rates(now_ns);
+  const auto& changes = alarms_.step(out_, Time{now_ns});
+  for (const AlarmChange& c : changes) {
+    const EventLevel level = !c.on ? EventLevel::kRecovery : c.limit->level == AlarmLevel::kFault ? EventLevel::kFault : EventLevel::kWarning;
+    s_.events.post(Time{now_ns}, level, "alarm", c.limit->name.c_str(), c.on ? words(*c.limit, c.value) : "over: " + c.limit->text);
+  }
+  return !changes.empty();
+}
+
+const health_t& HealthMaker::message() {
+  ++out_.number;
+  counters();
+  alarms_.put(out_);
+  return out_;
+}
+
+void HealthMaker::take_counts() {
+  const std::lock_guard lock(s_.counts_mutex);
+  n_.chain = s_.chain_counts;
+  n_.camera = s_.camera_counts;
+  n_.strobe = s_.strobe_status;
+  n_.pps = s_.pps_status;
+  std::copy(std::begin(s_.link_counts), std::end(s_.link_counts), std::begin(n_.link));
+}
+
+std::int8_t HealthMaker::state() const {
+  if (s_.stopping) return health_t::STOPPING;
+  if (!s_.camera_there) return n_.chain.frames == 0 ? health_t::STARTING : health_t::NO_CAMERA;
+  return n_.chain.has_tspi[0] && n_.chain.has_tspi[1] ? health_t::RUNNING : health_t::NO_NAV;
+}
+
+void HealthMaker::levels(std::int64_t now_ns) {
+  const FrameFacts& f = s_.facts;
+  const ChainCounts& c = n_.chain;
+  const auto since = [&](std::int64_t then_ns) { return milliseconds(Duration{now_ns - std::max(then_ns, s_.started_ns)}); };
+  out_.service_time_ns = now_ns;
+  out_.state = state();
+  out_.version = CYCLOPS_VERSION;
+  out_.profile = s_.profile.name;
+  out_.uptime_s = static_cast<float>(static_cast<double>(now_ns - s_.started_ns) * 1e-9);
+  out_.frame_age_ms = since(s_.last_frame_host_ns);
+  out_.measurement_age_ms = since(s_.last_published_ns);
+  out_.frames_received = static_cast<std::int64_t>(n_.camera.received);
+  out_.frames_incomplete = static_cast<std::int64_t>(n_.camera.incomplete);
+  out_.frames_lost = static_cast<std::int64_t>(lost_frames(n_));
+  out_.time_source = static_cast<std::int8_t>(f.time_source);
+  out_.time_sigma_us = microseconds(f.t_mid_sigma);
+  out_.tspi_receiver_age_ms = c.has_tspi[0] ? milliseconds(f.t_mid - c.newest_tspi[0]) : -1.0F;
+  out_.tspi_tanker_age_ms = c.has_tspi[1] ? milliseconds(f.t_mid - c.newest_tspi[1]) : -1.0F;
+  out_.tspi_receiver_silence_ms = since(c.tspi_arrival[0].ns);
+  out_.tspi_tanker_silence_ms = since(c.tspi_arrival[1].ns);
+  out_.nav_contradicted = f.nav_suspect ? 1 : 0;
+  out_.authenticated = s_.options.key ? 1 : 0;
+  out_.range_m = static_cast<float>(f.range_m);
+  out_.closure_mps = static_cast<float>(f.closure_mps);
+  out_.features_visible = f.visible;
+  out_.features_matched = f.matched;
+  out_.tracks_live = f.live;
+  out_.tracks_coasting = f.coasting;
+  out_.tracks_dropped = static_cast<std::int64_t>(c.track.dropped);
+  out_.residual_rms_px = static_cast<float>(f.residual_rms_px);
+  out_.nis_mean = static_cast<float>(f.nis_mean);
+  out_.integrity = static_cast<float>(f.integrity);
+  out_.chain_us_p50 = microseconds(s_.chain_recent.quantile(0.5));
+  out_.chain_us_p99 = microseconds(s_.chain_recent.quantile(0.99));
+  out_.latency_ms_p50 = milliseconds(s_.latency_recent.quantile(0.5));
+  out_.latency_ms_p99 = milliseconds(s_.latency_recent.quantile(0.99));
+  out_.latency_ms_max = milliseconds(s_.latency_recent.max());
+  n_.record = s_.recorder ? s_.recorder->counts() : RecordCounts{};
+  out_.disk_left_min = n_.record.disk_left_min;
+  const HostFacts& host = host_.look(now_ns);
+  out_.load = static_cast<float>(host.load);
+  out_.temperature_c = static_cast<float>(host.temperature_c);
+  out_.cpu_percent = static_cast<float>(host.cpu_percent);
+  out_.memory_mb = static_cast<float>(host.memory_mb);
+  out_.open_files = host.open_files;
+}
+
+HealthMaker::Totals HealthMaker::totals(std::int64_t now_ns) const {
+  const ChainCounts& c = n_.chain;
+  return {now_ns, c.frames, lost_frames(n_), refused_messages(n_), c.stamp.edges, {c.tspi[0].accepted, c.tspi[1].accepted}, c.consensus};
+}
+
+void HealthMaker::rates(std::int64_t now_ns) {
+  const Totals now = totals(now_ns);
+  const Totals& old = kept_ > 0 ? past_[0] : now;
+  const double window_s = static_cast<double>(now_ns - old.t_ns) * 1e-9;
+  const auto rate = [&](std::uint64_t a, std::uint64_t b) { return window_s > 0 && a >= b ? static_cast<float>(static_cast<double>(a - b) / window_s) : 0.0F; };
+  out_.frame_rate_hz = rate(now.frames, old.frames);
+  out_.frames_lost_1s = static_cast<std::int32_t>(now.lost - old.lost);
+  out_.strobe_rate_hz = rate(now.edges, old.edges);
+  out_.tspi_receiver_rate_hz = rate(now.tspi[0], old.tspi[0]);
+  out_.tspi_tanker_rate_hz = rate(now.tspi[1], old.tspi[1]);
+  out_.refused_1s = static_cast<std::int32_t>(now.refused - old.refused);
+  const std::uint64_t frames = now.frames - old.frames;
+  out_.frame_rate_share = frames > 0 ? static_cast<float>(out_.frame_rate_hz / s_.rig.device.frame_rate_hz) : -1.0F;
+  out_.consensus_share = frames > 0 ? static_cast<float>(now.consensus - old.consensus) / static_cast<float>(frames) : -1.0F;
+  if (kept_ > 0 && now_ns - past_[kept_ - 1].t_ns < kEvery_ns) return;
+  if (kept_ == kKept) std::copy(past_.begin() + 1, past_.end(), past_.begin());
+  else ++kept_;
+  past_[kept_ - 1] = now;
+}
+
+void HealthMaker::counters() {
+  const ChainCounts& c = n_.chain;
+  const CameraCounters& camera = n_.camera;
+  out_.n_counters = 0;
+  add(out_, "capture.complete", camera.received);
+  add(out_, "capture.incomplete", camera.incomplete);
+  add(out_, "capture.lost.gap", camera.lost_gap);
+  add(out_, "capture.lost.leader", camera.lost_leader);
+  add(out_, "capture.lost.no_buffer", camera.lost_no_buffer);
+  add(out_, "capture.lost.size_mismatch", camera.lost_size_mismatch);
+  add(out_, "capture.lost.rows_unknown", camera.lost_rows_unknown);
+  add(out_, "capture.lost.frozen", camera.lost_frozen);
+  add(out_, "capture.resent_packets", camera.packets.resent);
+  add(out_, "capture.starts", camera.starts);
+  add(out_, "service.queue_full", s_.inputs.refused());
+  add(out_, "service.no_room", c.front_refused);
+  add(out_, "service.room_flushed", c.room_flushed);
+  add(out_, "time.edges", c.stamp.edges);
+  add(out_, "time.edges_lost", c.stamp.edges_lost_seq + c.stamp.edges_lost_inferred);
+  add(out_, "time.edges_spurious", c.stamp.edges_spurious);
+  add(out_, "time.edges_doubled", c.stamp.edges_doubled);
+  add(out_, "time.frames_without_edge", c.stamp.no_edge_lost + c.stamp.no_edge_waited + c.stamp.no_edge_beside);
+  add(out_, "time.locks", c.stamp.lock_count);
+  add(out_, "strobe.lost", n_.strobe.lost);
+  add(out_, "strobe.disconnects", n_.strobe.disconnects);
+  for (std::size_t l = 0; l < kLinks; ++l) {
+    const std::string name = to_string(static_cast<Link>(l));
+    const LinkCounts& link = n_.link[l];
+    add(out_, name + ".received", link.received);
+    add(out_, name + ".refused", link.refused);
+    add(out_, name + ".flooded", link.flooded);
+    add(out_, name + ".not_authentic", link.not_authentic);
+    add(out_, name + ".replayed", link.replayed);
+    if (l >= 2) continue;
+    add(out_, name + ".guarded", link.guarded);
+    add(out_, name + ".out_of_order", c.tspi[l].out_of_order_inserted);
+    add(out_, name + ".duplicate", c.tspi[l].duplicate);
+    add(out_, name + ".missing", c.tspi[l].missing);
+  }
+  add(out_, "nav.timed_out", c.aligner.timed_out);
+  add(out_, "nav.without_nav", c.aligner.without_nav);
+  add(out_, "chain.consensus", c.consensus);
+  add(out_, "service.events_lost", s_.events.lost());
+  if (n_.record.on) add_counters(out_, n_.record);
+}
+
+const clock_state_t& HealthMaker::clock() {
+  clock_state_t& out = clock_;
+  const ChainCounts& chain = n_.chain;
   const ClockState& c = chain.clocks;
   const auto us = [](Duration d) { return static_cast<double>(d.ns) * 1e-3; };
   out.service_time_ns = c.t.ns;
@@ -105,7 +211,7 @@ void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus
   out.gps_relocks = static_cast<std::int64_t>(chain.gps.relocks);
   out.pps_edges = static_cast<std::int64_t>(chain.pps.edges);
   out.pps_missed = static_cast<std::int64_t>(chain.pps.missed);
-  out.pps_lost = static_cast<std::int64_t>(pps.lost);
+  out.pps_lost = static_cast<std::int64_t>(n_.pps.lost);
   out.strobe_locked = c.strobe_locked ? 1 : 0;
   out.camera_drift_ppm = c.camera_drift_ppm;
   out.camera_drift_sigma_ppm = c.camera_drift_sigma_ppm;
@@ -113,61 +219,10 @@ void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus
   out.camera_age_s = c.camera_age.seconds();
   out.edge_scatter_us = c.edge_scatter_us;
   out.lock_count = static_cast<std::int64_t>(chain.stamp.lock_count);
+  return out;
 }
 
 static_assert(static_cast<std::int8_t>(GpsSource::kNone) == clock_state_t::NONE && static_cast<std::int8_t>(GpsSource::kArrival) == clock_state_t::ARRIVAL &&
               static_cast<std::int8_t>(GpsSource::kTimeMark) == clock_state_t::TIME_MARK);
-
-void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& c, const ChainCounts& before, const CameraCounters& camera,
-                 const StrobeStatus& strobe, const LinkCounts (&link)[2], double window_s) {
-  const FrameFacts& f = s.facts;
-  const bool tspi = c.has_tspi[0] && c.has_tspi[1];
-  const bool camera_there = s.camera_there;
-  out.service_time_ns = host_now_ns();
-  out.state = s.stopping ? health_t::STOPPING : !camera_there ? (c.frames == 0 ? health_t::STARTING : health_t::NO_CAMERA) : tspi ? health_t::RUNNING : health_t::NO_NAV;
-  out.version = CYCLOPS_VERSION;
-  out.profile = s.profile.name;
-  out.uptime_s = static_cast<float>(static_cast<double>(host_now_ns() - s.started_ns) * 1e-9);
-  out.frame_rate_hz = rate(c.frames, before.frames, window_s);
-  out.frames_received = static_cast<std::int64_t>(camera.received);
-  out.frames_incomplete = static_cast<std::int64_t>(camera.incomplete);
-  out.frames_lost = static_cast<std::int64_t>(camera.lost_gap + camera.lost_leader + camera.lost_no_buffer + camera.lost_size_mismatch + camera.lost_rows_unknown + c.front_refused);
-  out.time_source = static_cast<std::int8_t>(f.time_source);
-  out.time_sigma_us = microseconds(f.t_mid_sigma);
-  out.strobe_rate_hz = rate(c.stamp.edges, before.stamp.edges, window_s);
-  out.tspi_receiver_age_ms = c.has_tspi[0] ? milliseconds(f.t_mid - c.newest_tspi[0]) : -1.0F;
-  out.tspi_tanker_age_ms = c.has_tspi[1] ? milliseconds(f.t_mid - c.newest_tspi[1]) : -1.0F;
-  out.tspi_receiver_rate_hz = rate(c.tspi[0].accepted, before.tspi[0].accepted, window_s);
-  out.tspi_tanker_rate_hz = rate(c.tspi[1].accepted, before.tspi[1].accepted, window_s);
-  out.range_m = static_cast<float>(f.range_m);
-  out.closure_mps = static_cast<float>(f.closure_mps);
-  out.features_visible = f.visible;
-  out.features_matched = f.matched;
-  out.tracks_live = f.live;
-  out.tracks_coasting = f.coasting;
-  out.tracks_dropped = static_cast<std::int64_t>(c.track.dropped);
-  out.residual_rms_px = static_cast<float>(f.residual_rms_px);
-  out.nis_mean = static_cast<float>(f.nis_mean);
-  out.integrity = static_cast<float>(f.integrity);
-  out.chain_us_p50 = microseconds(s.chain_recent.quantile(0.5));
-  out.chain_us_p99 = microseconds(s.chain_recent.quantile(0.99));
-  out.latency_ms_p50 = milliseconds(s.latency_recent.quantile(0.5));
-  out.latency_ms_p99 = milliseconds(s.latency_recent.quantile(0.99));
-  out.latency_ms_max = milliseconds(s.latency_recent.max());
-  const RecordCounts record = s.recorder ? s.recorder->counts() : RecordCounts{};
-  out.disk_left_min = record.disk_left_min;
-  double load[1] = {0};
-  out.load = getloadavg(load, 1) == 1 ? static_cast<float>(load[0]) : -1.0F;
-  out.temperature_c = hottest_c();
-  add_counters(out, s, c, camera, strobe, link);
-  if (record.on) add_counters(out, record);
-  out.n_alarms = 0;
-  out.alarms.clear();
-  if (out.state == health_t::NO_CAMERA) out.alarms.emplace_back("camera is silent");
-  if (out.state == health_t::NO_NAV) out.alarms.emplace_back(c.has_tspi[0] ? "no TSPI of the tanker" : c.has_tspi[1] ? "no TSPI of the receiver" : "no TSPI");
-  if (f.time_source != TimeSource::kStrobe && c.frames > 0) out.alarms.emplace_back("frame time is not from the strobe");
-  if (f.nav_suspect) out.alarms.emplace_back("TSPI contradicts the picture");
-  out.n_alarms = static_cast<std::int32_t>(out.alarms.size());
-}
 
 }  // namespace cyclops

@@ -1,5 +1,7 @@
 #pragma once
 /// Everything that reaches the chain's thread, in one order: that order alone decides the results.
+#include <cstddef>
+#include <type_traits>
 #include <variant>
 
 #include "base/static_vector.hpp"
@@ -27,5 +29,15 @@ struct ArrivedTspi {
 struct Idle {};                  ///< the camera has been silent: nothing more comes for what waits
 
 using Input = std::variant<Idle, TimedFrame, AcquisitionStarted, StrobeEdge, PpsEdge, FrameArrival, ArrivedTspi, TimeMark>;
+
+/// Place of a kind in Input.
+template <class Kind, class... Kinds>
+constexpr std::size_t index_in(const std::variant<Kinds...>*) {
+  std::size_t i = 0;
+  (void)((std::is_same_v<Kind, Kinds> || (++i, false)) || ...);
+  return i;
+}
+template <class Kind>
+constexpr std::size_t input_index() { return index_in<Kind>(static_cast<const Input*>(nullptr)); }
 
 }  // namespace cyclops

@@ -2,10 +2,10 @@
 
 #include <pthread.h>
 
-#include <ctime>
-
 #include <nlohmann/json.hpp>
 
+#include "base/clock.hpp"
+#include "service/link.hpp"
 #include "service/pipeline_state.hpp"
 
 namespace cyclops {
@@ -28,11 +28,7 @@ void name_thread(std::thread& t, const char* name) { pthread_setname_np(t.native
 
 }  // namespace
 
-std::int64_t host_now_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
-}
+std::int64_t host_now_ns() { return steady_now_ns(); }
 
 std::size_t WaitingRoom::put(TimedFrame&& frame) {
   for (std::size_t i = 0; i < kPlaces; ++i)
@@ -56,11 +52,13 @@ Pipeline::State::State(Rig r, Profile p, ServiceOptions o) : rig(std::move(r)), 
   for (std::size_t i = 0; i < spare.places(); ++i) CYCLOPS_ASSERT(spare.try_push(std::make_unique<Finished>()));
 }
 
+Pipeline::State::~State() = default;
+
 void Pipeline::State::offer(Input&& input) {
+  const std::size_t kind = input.index();
   if (inputs.try_push(std::move(input))) return;
   const std::lock_guard lock(counts_mutex);
-  ++inputs_refused;
-  if (std::holds_alternative<TimedFrame>(input)) ++frames_refused;
+  ++inputs_refused[kind];
 }
 
 Pipeline::Pipeline(Rig rig, Profile profile, ServiceOptions options)
@@ -80,10 +78,8 @@ Result<> Pipeline::start() {
   s.lcm = lcm_create(s.options.lcm_url.empty() ? nullptr : s.options.lcm_url.c_str());
   if (s.lcm == nullptr)
     return make_error(ErrorCode::kIo, "lcm " + s.options.lcm_url, "cannot be opened: is the URL right, and is multicast routed (ip route add 224.0.0.0/4 dev lo)?");
-  for (const char* name : {channel::kTspiReceiver, channel::kTspiTanker})
-    lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, name, on_lcm_tspi, &s), 256);
-  lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kTimeMark, on_lcm_mark, &s), 64);
-  lcm_subscription_set_queue_capacity(lcm_subscribe(s.lcm, channel::kMark, on_mark, &s), 16);
+  s.doors = std::make_unique<LinkDoors>(s);
+  s.doors->open(s.lcm);
   if (!s.options.record.folder.empty()) {
     // Frames that wait for the disk must not be missing in the camera's pool.
     s.rig.device.buffers = std::min(64, s.rig.device.buffers + static_cast<int>(Recorder::kFramePlaces));
@@ -145,9 +141,11 @@ std::string Pipeline::summary() const {
   j["frames_complete"] = c.received;
   j["frames_incomplete"] = c.incomplete;
   j["frames_lost_by_cause"] = {{"gap", c.lost_gap}, {"leader", c.lost_leader}, {"no_buffer", c.lost_no_buffer}, {"size_mismatch", c.lost_size_mismatch},
-                               {"rows_unknown", c.lost_rows_unknown}, {"queue_full", s.frames_refused}, {"no_room", n.front_refused}};
-  j["inputs_refused"] = s.inputs_refused;
+                               {"rows_unknown", c.lost_rows_unknown}, {"frozen", c.lost_frozen}, {"queue_full", s.refused<TimedFrame>()}, {"no_room", n.front_refused}};
+  j["room_flushed"] = n.room_flushed;
   j["frames_in_chain"] = n.frames;
+  j["inputs_refused"] = {{"frames", s.refused<TimedFrame>()}, {"edges", s.refused<StrobeEdge>()}, {"arrivals", s.refused<FrameArrival>()},
+                         {"tspi", s.refused<ArrivedTspi>()}, {"time_marks", s.refused<TimeMark>()}};
   j["nav_updates"] = n.nav_updates;
   j["frames_with_consensus"] = n.consensus;
   j["camera"] = {{"starts", c.starts}, {"losses", c.losses}, {"failed_opens", c.failed_opens}, {"resent_packets", c.packets.resent}, {"missing_packets", c.packets.missing}};
@@ -157,8 +155,11 @@ std::string Pipeline::summary() const {
                {"edge_scatter_us", n.clocks.edge_scatter_us}, {"edges_lost", s.strobe_status.lost}, {"pps_edges", n.pps.edges}, {"pps_marks", n.pps.marks}};
   for (int a = 0; a < 2; ++a)
     j["tspi"][a == 0 ? "receiver" : "tanker"] = {{"received", s.link_counts[a].received}, {"refused", s.link_counts[a].refused}, {"guarded", s.link_counts[a].guarded},
+                                                 {"flooded", s.link_counts[a].flooded}, {"not_authentic", s.link_counts[a].not_authentic}, {"replayed", s.link_counts[a].replayed},
                                                  {"accepted", n.tspi[a].accepted}, {"out_of_order", n.tspi[a].out_of_order_inserted}, {"duplicate", n.tspi[a].duplicate},
-                                                 {"missing", n.tspi[a].missing}};
+                                                 {"missing", n.tspi[a].missing}, {"too_old", n.tspi[a].too_old}, {"held_back", n.tspi[a].held_back},
+                                                 {"jumps", n.tspi[a].jump_forward + n.tspi[a].jump_back}};
+  j["tspi"]["without_clock"] = n.front.tspi_without_clock;
   j["tracks"] = {{"initiated", n.track.initiated}, {"dropped", n.track.dropped}, {"left_image", n.track.left_image}};
   j["latency_ms"] = quantiles(s.latency, 1e-6);
   for (std::size_t i = 0; i < kStages; ++i) j["stage_us"][to_string(static_cast<Stage>(i))] = quantiles(s.stage[i], 1e-3);

@@ -6,7 +6,7 @@
 ///   strobe     edge, or 100 ms                 edges (and bench arrivals) into it      16 edges (kernel FIFO)
 ///   link       LCM message, or 100 ms          decodes TSPI and time marks into it     one TSPI period
 ///   chain      the queue                       timesync, nav, chain                    one period
-///   publish    a finished frame, or 200 ms     LCM messages, thumbnails, HEALTH        none
+///   publish    a finished frame, or 20 ms      LCM messages, thumbnails, alarms, HEALTH  none
 ///
 /// and, when a sortie is recorded, the three of recorder.hpp.
 /// camera, strobe and link feed one bounded queue; its order alone decides the results. chain hands whole FrameOutputs to
@@ -14,18 +14,24 @@
 /// Errors  start(): what cannot be had at all (LCM, strobe line). A missing camera is no error: it is waited for.
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/result.hpp"
+#include "monitor/limits.hpp"
 #include "service/profile.hpp"
 #include "service/record_options.hpp"
 #include "service/rig.hpp"
+#include "wire/signed.hpp"
 
 namespace cyclops {
 
 struct ServiceOptions {
   std::string lcm_url;              ///< empty: LCM_DEFAULT_URL, else LCM's own default with ttl 0
   double thumbnail_hz{1};           ///< 0: none
+  int thumbnail_px{256};            ///< longer side
+  Limits limits = Limits::built_in();
+  std::optional<Key> key{};         ///< TSPI, time marks and event marks must carry a tag made with it
   double idle_flush_s{0.5};         ///< a camera silent for so long: waiting frames go on with what there is
   RecordOptions record{};           ///< nothing is recorded unless a folder is given
   std::string profile_path;         ///< for the record; empty: the built-in profile

@@ -1,11 +1,10 @@
 #pragma once
 /// Inside service: what the threads of the pipeline share.
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <thread>
 
-#include <cyclops/clock_state_t.hpp>
-#include <cyclops/health_t.hpp>
 #include <lcm/lcm.h>
 
 #include "base/bounded_queue.hpp"
@@ -19,6 +18,8 @@
 namespace cyclops {
 
 [[nodiscard]] std::int64_t host_now_ns();   ///< CLOCK_MONOTONIC
+
+class LinkDoors;
 
 struct Finished {                            ///< one frame on its way to the network
   FrameOutput out{};
@@ -44,6 +45,7 @@ class WaitingRoom {
 
 struct Pipeline::State {
   State(Rig r, Profile p, ServiceOptions o);
+  ~State();
 
   Rig rig;
   Profile profile;
@@ -60,6 +62,7 @@ struct Pipeline::State {
   std::unique_ptr<CameraSource> camera;      ///< dies after every frame of it
   std::unique_ptr<Recorder> recorder;        ///< null: nothing is recorded; dies before the camera
   lcm_t* lcm{nullptr};
+  std::unique_ptr<LinkDoors> doors;          ///< subscribed to lcm
 
   BoundedQueue<Input> inputs{512};
   BoundedQueue<std::unique_ptr<Finished>> ready{8};
@@ -70,14 +73,15 @@ struct Pipeline::State {
   CameraCounters camera_counts{};
   StrobeStatus strobe_status{};
   StrobeStatus pps_status{};
-  LinkCounts link_counts[2]{};
-  std::uint64_t inputs_refused{0};
-  std::uint64_t frames_refused{0};           ///< frames among them
+  LinkCounts link_counts[kLinks]{};
+  std::array<std::uint64_t, std::variant_size_v<Input>> inputs_refused{};  // by kind
 
   // of the publish thread, read after it has ended
   Histogram stage[kStages];
-  Histogram chain_time, latency, latency_recent, chain_recent;
+  Histogram chain_time, latency;
+  RecentHistogram latency_recent, chain_recent;
   FrameFacts facts{};
+  std::int64_t last_published_ns{0};         ///< newest frame's results on the network
   std::uint64_t publish_failed{0};
   std::int64_t started_ns{0};
   RecordCounts record_counts{};              ///< after the end
@@ -91,17 +95,10 @@ struct Pipeline::State {
   void run_chain();
   void run_publish();
   void offer(Input&& input);
+  /// Inputs of one kind that found the queue full; under the mutex, or when every thread has ended.
+  template <class Kind>
+  [[nodiscard]] std::uint64_t refused() const { return inputs_refused[input_index<Kind>()]; }
   [[nodiscard]] Time service_now() const { return Time{host_now_ns()}; }
 };
-
-void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* channel, void* state);
-void on_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
-void on_lcm_mark(const lcm_recv_buf_t* buffer, const char* channel, void* state);
-
-void fill_clock(clock_state_t& out, const ChainCounts& chain, const StrobeStatus& pps);
-
-/// HEALTH from what is known; `window_s` is the time since the counters in `before` were taken.
-void fill_health(health_t& out, const Pipeline::State& s, const ChainCounts& chain, const ChainCounts& before, const CameraCounters& camera,
-                 const StrobeStatus& strobe, const LinkCounts (&link)[2], double window_s);
 
 }  // namespace cyclops

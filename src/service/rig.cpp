@@ -17,6 +17,7 @@ void read_camera(const ConfigFile& file, ConfigTable t, Rig& rig, std::string& w
   t.read_enum("pixel_format", {"mono8", "mono10", "mono12", "mono16"}, rig.device.format);
   t.read_in("frame_rate_hz", 0.1, 1000.0, rig.device.frame_rate_hz);
   t.read_in("exposure_us", 1.0, 1e6, rig.device.exposure_us);
+  t.read_in("frozen_after", 0, 1000, rig.device.frozen_after);
   double pitch_um = k.pitch_m * 1e6, focal_mm = 0;
   t.read_in("pitch_um", 0.1, 1000.0, pitch_um);
   k.pitch_m = pitch_um * 1e-6;

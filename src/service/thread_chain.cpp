@@ -1,4 +1,6 @@
 // The chain's thread: one queue in, whole frames out.
+#include <algorithm>
+
 #include "service/pipeline_state.hpp"
 #include "service/recorded_front.hpp"
 
@@ -38,9 +40,13 @@ class ChainThread {
   void handle(AcquisitionStarted&& start) {
     give_up_arrivals(0);
     arrivals_.clear();
-    front_.restart(start.t);
+    // On a recorded clock the host cannot say when that was: after the edges that have come so far.
+    front_.restart(s_.strobe_clock && newest_edge_.ns != INT64_MIN ? newest_edge_ + Duration{1} : start.t);
   }
-  void handle(StrobeEdge&& edge) { front_.push(edge); }
+  void handle(StrobeEdge&& edge) {
+    newest_edge_ = std::max(newest_edge_, edge.t);
+    front_.push(edge);
+  }
   void handle(FrameArrival&& arrival) {
     if (arrivals_.full()) drop_oldest_arrival();
     arrivals_.push_back(arrival);
@@ -53,21 +59,24 @@ class ChainThread {
     if (front_.push(edge)) say_gps_locked(edge.edge.t);
   }
   void say_gps_locked(Time t) {
-    const std::uint64_t whole = front_.front().gps().counters().whole_second_steps;
-    const bool leap = whole != counts_.gps.whole_second_steps;
-    s_.events.post(t, leap ? EventLevel::kWarning : EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(front_.front().gps().offset().ns) + " ns" +
+    const GpsClock& gps = front_.front().gps();
+    const bool leap = gps.counters().whole_second_steps != counts_.gps.whole_second_steps;
+    s_.events.post(t, leap ? EventLevel::kWarning : EventLevel::kInfo, "time", "gps.locked", "offset " + std::to_string(gps.offset().ns) + " ns" +
                    (leap ? ", a step by whole seconds: leap second, UTC for GPS time, or week rollover?" : ""));
   }
   void handle(ArrivedTspi&& tspi) {
     const TspiVerdict verdict = front_.push(tspi);
-    if (verdict == TspiVerdict::kPass) return;
     const auto a = static_cast<std::size_t>(tspi.report.aircraft);
+    if (verdict == TspiVerdict::kPass) {
+      counts_.tspi_arrival[a] = tspi.arrival;
+      return;
+    }
     const std::uint64_t count = ++guarded_[a];
     if ((count & (count - 1)) == 0)  // 1, 2, 4, 8 ...
       s_.events.post(tspi.arrival, EventLevel::kWarning, a == 0 ? "tspi.receiver" : "tspi.tanker", to_string(verdict), "TSPI refused by the guard", static_cast<std::int64_t>(count));
   }
   void handle(TimedFrame&& frame) {
-    if (!s_.strobe_clock || frame.frame.info.camera_frame_id == 0) return admit(std::move(frame));
+    if (!s_.strobe_clock) return admit(std::move(frame));
     if (held_.full()) give_up_arrivals(held_.capacity() - 1);
     held_.push_back(room_place(std::move(frame)));
     release_known();
@@ -84,25 +93,30 @@ class ChainThread {
       const FrameArrival* found = nullptr;
       for (const FrameArrival& a : arrivals_)
         if (a.camera_frame_id == info.camera_frame_id) found = &a;
-      if (found == nullptr) return;
-      TimedFrame frame = room_.take(held_.front());
-      frame.frame.info.t_arrival = found->t;
-      pop_held();
-      admit(std::move(frame));
+      if (found == nullptr && info.camera_frame_id != 0) return;  // a frame without a number has no arrival to wait for
+      admit_held(found != nullptr ? found->t : Time{});
     }
+  }
+  /// An arrival on this host's own clock would be a time of another clock: better none.
+  void admit_held(Time arrival) {
+    TimedFrame frame = room_.take(held_.front());
+    frame.frame.info.t_arrival = arrival;
+    pop_held();
+    admit(std::move(frame));
   }
   void give_up_arrivals(std::size_t keep) {
     while (held_.size() > keep) {
-      if (held_.front() != WaitingRoom::kPlaces) {
-        ++counts_.arrival_unknown;
-        admit(room_.take(held_.front()));
+      if (held_.front() == WaitingRoom::kPlaces) {
+        pop_held();
+        continue;
       }
-      pop_held();
+      ++counts_.arrival_unknown;
+      admit_held({});
     }
   }
   std::size_t room_place(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = room_.put(std::move(frame));
+    const std::size_t place = make_place(std::move(frame));
     if (place == WaitingRoom::kPlaces) ++counts_.front_refused;
     else held_info_[place] = info;
     return place;
@@ -116,9 +130,19 @@ class ChainThread {
     arrivals_.pop_back();
   }
 
+  /// A frame is let go by a later one; where there is no room for a later one, none would ever be.
+  std::size_t make_place(TimedFrame&& frame) {
+    const std::size_t place = room_.put(std::move(frame));
+    if (place != WaitingRoom::kPlaces) return place;
+    ++counts_.room_flushed;
+    front_.flush();
+    drain();
+    return room_.put(std::move(frame));
+  }
+
   void admit(TimedFrame&& frame) {
     const FrameInfo info = frame.frame.info;
-    const std::size_t place = room_.put(std::move(frame));
+    const std::size_t place = make_place(std::move(frame));
     if (place == WaitingRoom::kPlaces) {
       ++counts_.front_refused;
       return;
@@ -149,7 +173,7 @@ class ChainThread {
     slot->complete_ns = pixels.complete_ns;
     slot->pixels.reset();
     slot->number = number_[place];
-    slot->thumbnail = thumbnail_every_ns_ > 0 && pixels.frame.image.data != nullptr && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_);
+    slot->thumbnail = thumbnail_every_ns_ > 0 && frame.frame.status == FrameStatus::kComplete && (next_thumbnail_.ns == 0 || frame.frame.t_mid >= next_thumbnail_);
     if (slot->thumbnail) next_thumbnail_ = frame.frame.t_mid + Duration{thumbnail_every_ns_};
     if (slot->thumbnail || s_.recorder) slot->pixels.emplace(std::move(pixels.frame));
     count(slot->out);
@@ -192,6 +216,7 @@ class ChainThread {
   std::array<FrameInfo, WaitingRoom::kPlaces> held_info_{};
   std::array<std::int64_t, WaitingRoom::kPlaces> number_{};   // in the record, by place
   StaticVector<FrameArrival, kArrivals> arrivals_{};
+  Time newest_edge_{INT64_MIN};
   ChainCounts counts_{};
   std::uint64_t guarded_[2]{};
   Time next_thumbnail_{};

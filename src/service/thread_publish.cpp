@@ -1,28 +1,37 @@
 // The publishing thread: results, events, thumbnails and HEALTH to the network.
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <cyclops/health_t.hpp>
-
-#include "base/log.hpp"
+#include "service/health.hpp"
 #include "service/pipeline_state.hpp"
 
 namespace cyclops {
 namespace {
 
 constexpr Duration kHealthEvery = Duration::from_ms(200);
-constexpr Duration kWindow = Duration::from_seconds(5);
-constexpr int kThumbnailSide = 256;
+constexpr Duration kLookEvery = Duration::from_ms(20);   ///< so soon after its cause an alarm is out
+constexpr Duration kSpan = Duration::from_seconds(2.5);  ///< of the recent percentiles
 
-/// A small JPEG of any pixel format, stretched from darkest to brightest.
-void thumbnail(const ImageView& image, std::vector<std::uint8_t>& jpeg) {
+/// A small JPEG of any pixel format, stretched so that 0.5 % of it is black and 0.5 % white.
+void thumbnail(const ImageView& image, int side, std::vector<std::uint8_t>& jpeg) {
   const cv::Mat raw(image.height, image.width, image.format == PixelFormat::kMono8 ? CV_8UC1 : CV_16UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride_bytes));
-  const double scale = static_cast<double>(kThumbnailSide) / std::max(image.width, image.height);
+  const double scale = std::min(1.0, static_cast<double>(side) / std::max(image.width, image.height));
   cv::Mat small, grey;
   cv::resize(raw, small, {}, scale, scale, cv::INTER_AREA);
-  cv::normalize(small, grey, 0, 255, cv::NORM_MINMAX, CV_8U);
+  cv::Mat values;
+  small.reshape(1, 1).convertTo(values, CV_32F);
+  const std::span<float> all(values.ptr<float>(), values.total());
+  const auto quantile = [&](double q) {
+    const auto at = all.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(all.size() - 1));
+    std::nth_element(all.begin(), at, all.end());
+    return static_cast<double>(*at);
+  };
+  const double low = quantile(0.005), gain = 255 / std::max(1.0, quantile(0.995) - low);
+  small.convertTo(grey, CV_8U, gain, -low * gain);
   cv::imencode(".jpg", grey, jpeg, {cv::IMWRITE_JPEG_QUALITY, 70});
 }
 
@@ -73,31 +82,29 @@ class NetworkSink : public MessageSink {
 
 class PublishThread {
  public:
-  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm, s.recorder.get()), publisher_(s.rig, sink_) { jpeg_.reserve(1 << 16); }
+  explicit PublishThread(Pipeline::State& s) : s_(s), sink_(s.lcm, s.recorder.get()), publisher_(s.rig, sink_), health_(s) { jpeg_.reserve(1 << 16); }
 
   void run() {
-    std::int64_t next_health = host_now_ns();
     for (;;) {
-      auto finished = s_.ready.pop(kHealthEvery / 4);
+      auto finished = s_.ready.pop(kLookEvery);
       if (finished) publish(std::move(*finished));
+      look(host_now_ns(), false);
       events();
-      if (const std::int64_t now = host_now_ns(); now >= next_health) {
-        health(now);
-        next_health = now + kHealthEvery.ns;
-      }
       if (!finished && s_.ready.finished()) break;
     }
-    health(host_now_ns());
+    look(host_now_ns(), true);
+    events();
     s_.publish_failed = publisher_.failed();
   }
 
  private:
   void publish(std::unique_ptr<Finished> f) {
     jpeg_.clear();
-    if (f->thumbnail) thumbnail(f->pixels->image, jpeg_);
+    if (f->thumbnail) thumbnail(f->pixels->image, s_.options.thumbnail_px, jpeg_);
     const bool kept = s_.recorder && s_.recorder->has_room();
     publisher_.frame(f->out, f->t_mid_gps, jpeg_, kept ? RecordedAt{"frames.lcm", f->number} : RecordedAt{});
-    const Duration latency{host_now_ns() - f->complete_ns};
+    s_.last_published_ns = host_now_ns();
+    const Duration latency{s_.last_published_ns - f->complete_ns};
     s_.latency.add(latency);
     s_.latency_recent.add(latency);
     for (std::size_t i = 0; i < kStages; ++i) s_.stage[i].add(f->out.stage_time[i]);
@@ -129,34 +136,18 @@ class PublishThread {
     }
   }
 
-  void health(std::int64_t now) {
-    ChainCounts chain;
-    CameraCounters camera;
-    StrobeStatus strobe, pps;
-    LinkCounts link[2];
-    {
-      const std::lock_guard lock(s_.counts_mutex);
-      chain = s_.chain_counts;
-      camera = s_.camera_counts;
-      strobe = s_.strobe_status;
-      pps = s_.pps_status;
-      link[0] = s_.link_counts[0];
-      link[1] = s_.link_counts[1];
-    }
-    const double window = static_cast<double>(now - before_ns_) * 1e-9;
-    fill_health(health_, s_, chain, before_, camera, strobe, link, window);
-    publisher_.put(Time{now}, channel::kHealth, health_);
-    fill_clock(clock_, chain, pps);
-    publisher_.put(Time{now}, channel::kClock, clock_);
-    if (now - before_ns_ > Duration::from_seconds(1).ns) {
-      before_ = chain;
-      before_ns_ = now;
-    }
-    if (now - window_ns_ > kWindow.ns) {
-      s_.latency_recent.clear();
-      s_.chain_recent.clear();
-      window_ns_ = now;
-    }
+  /// HEALTH five times a second, and at once when an alarm comes or goes.
+  void look(std::int64_t now, bool last) {
+    if (now < next_look_ns_ && !last) return;
+    next_look_ns_ = now + kLookEvery.ns;
+    if (!health_.look(now) && now < next_health_ns_ && !last) return;
+    publisher_.put(Time{now}, channel::kHealth, health_.message());
+    publisher_.put(Time{now}, channel::kClock, health_.clock());
+    if (now >= next_health_ns_) next_health_ns_ = std::max(next_health_ns_ + kHealthEvery.ns, now);
+    if (now - span_ns_ < kSpan.ns) return;
+    s_.latency_recent.turn();
+    s_.chain_recent.turn();
+    span_ns_ = now;
   }
 
   Pipeline::State& s_;
@@ -164,11 +155,10 @@ class PublishThread {
   Publisher publisher_;
   std::vector<std::uint8_t> jpeg_;
   event_t event_{};
-  health_t health_{};
-  clock_state_t clock_{};
-  ChainCounts before_{};
-  std::int64_t before_ns_{host_now_ns()};
-  std::int64_t window_ns_{host_now_ns()};
+  HealthMaker health_;
+  std::int64_t next_look_ns_{0};
+  std::int64_t next_health_ns_{host_now_ns()};
+  std::int64_t span_ns_{host_now_ns()};
 };
 
 }  // namespace

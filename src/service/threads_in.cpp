@@ -1,6 +1,5 @@
-// The threads that bring things in: camera, strobe, link.
+// The threads that bring things in from devices: camera, strobe, PPS. From LCM: link.cpp.
 #include <chrono>
-#include <cstring>
 #include <span>
 
 #include "base/log.hpp"
@@ -45,8 +44,9 @@ void Pipeline::State::run_camera() {
       log::info("camera", "streaming from " + started->camera);
     } else if (auto* lost = std::get_if<CameraLost>(&event)) {
       camera_there = false;
-      events.post(service_now(), EventLevel::kFault, "camera", "camera.lost", to_string(lost->reason));
-      log::warning("camera", std::string("lost: ") + to_string(lost->reason));
+      offer(Idle{});
+      events.post(service_now(), EventLevel::kFault, "camera", "camera.lost", std::string(to_string(lost->reason)) + (lost->detail.empty() ? "" : ": " + lost->detail));
+      log::warning("camera", std::string("lost: ") + to_string(lost->reason) + " " + lost->detail);
     } else if (auto* fault = std::get_if<CameraFault>(&event)) {
       events.post(service_now(), EventLevel::kFault, "camera", "camera.fault", fault->error.message());
       if (absent.pass(now, held)) log::error("camera", fault->error.message());
@@ -100,47 +100,6 @@ void Pipeline::State::run_pps() {
     (void)pps->take_arrivals(of_the_strobe);
     for (const StrobeEdge& e : edges) offer(PpsEdge{e});
   });
-}
-
-void on_lcm_tspi(const lcm_recv_buf_t* buffer, const char* name, void* state) {
-  auto& s = *static_cast<Pipeline::State*>(state);
-  const Aircraft aircraft = std::string_view(name) == channel::kTspiReceiver ? Aircraft::kReceiver : Aircraft::kTanker;
-  LinkCounts& counts = s.link_counts[static_cast<std::size_t>(aircraft)];
-  auto report = decode_tspi(buffer->data, buffer->data_size, aircraft);
-  std::uint64_t refused = 0;
-  {
-    const std::lock_guard lock(s.counts_mutex);
-    ++counts.received;
-    if (!report.ok()) refused = ++counts.refused;
-  }
-  if (report.ok()) {
-    ArrivedTspi tspi{*report, Time{host_now_ns() / 1000 * 1000}, {}};
-    tspi.bytes.resize(buffer->data_size);
-    std::memcpy(tspi.bytes.begin(), buffer->data, buffer->data_size);
-    s.offer(std::move(tspi));
-  } else s.events.post(s.service_now(), EventLevel::kWarning, "link", "tspi.refused", report.error().message(), static_cast<std::int64_t>(refused));
-}
-
-void on_lcm_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
-  auto& s = *static_cast<Pipeline::State*>(state);
-  auto mark = decode_time_mark(buffer->data, buffer->data_size);
-  if (mark.ok()) s.offer(TimeMark(mark->mark));
-  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "time_mark.refused", mark.error().message());
-}
-
-void on_mark(const lcm_recv_buf_t* buffer, const char*, void* state) {
-  auto& s = *static_cast<Pipeline::State*>(state);
-  const auto mark = decode_mark(buffer->data, buffer->data_size);
-  if (mark.ok()) s.events.post(s.service_now(), EventLevel::kMark, "mark", "mark", std::string(mark->text), mark->seq);
-  else s.events.post(s.service_now(), EventLevel::kWarning, "link", "mark.refused", mark.error().message());
-}
-
-void Pipeline::State::run_link() {
-  while (!stopping)
-    if (lcm_handle_timeout(lcm, 100) < 0) {
-      events.post(service_now(), EventLevel::kFault, "link", "lcm.failed", "lcm_handle_timeout failed");
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
 }
 
 }  // namespace cyclops

@@ -23,6 +23,7 @@ inline constexpr const char* kAcquisition = "ACQUISITION";     // acquisition_t,
 inline constexpr const char* kSeal = "SEAL";                   // seal_t, only in files
 inline constexpr const char* kMark = "CYCLOPS_MARK";           // mark_t, in
 inline constexpr const char* kTruth = "TRUTH";                 // truth_t, only in files
+inline constexpr const char* kSignedPrefix = "SIGNED_";        // before the name of a channel: signed_t, in; only with --key
 
 [[nodiscard]] constexpr const char* tspi(Aircraft aircraft) {
   return aircraft == Aircraft::kReceiver ? kTspiReceiver : kTspiTanker;

@@ -1,8 +1,9 @@
-// sources: src/base src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_source.cpp src/capture/strobe_gpiod.cpp src/capture/strobe_socket.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
+// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_source.cpp src/capture/strobe_gpiod.cpp src/capture/strobe_socket.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
 // Any bytes as each file an operator can put in front of the service: a profile, a rig, a tanker model, a windscreen.
 // What is accepted must be fit for use: the model is projected through the camera and back.
 #include <cmath>
 
+#include "monitor/limits.hpp"
 #include "service/profile.hpp"
 #include "service/rig.hpp"
 #include "test/fuzz/memory_file.hpp"
@@ -58,6 +59,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (text.find("/dev") != std::string::npos || text.find("..") != std::string::npos) return 0;
   const std::string& path = file.holding(data, size);
   if (const auto profile = Profile::load(path); profile.ok()) must(profile->nav.validated().ok());
+  if (const auto limits = Limits::parse(text, "alarms"); limits.ok())
+    for (const Limit& limit : limits->items) must(limit.quantity != nullptr && !limit.name.empty() && (limit.above ? limit.clear <= limit.limit : limit.clear >= limit.limit));
   try_rig(path);
   try_windscreen(path);
   const auto model = TankerModel::parse(text, "tanker", 0.0254, {190, 0, 95});

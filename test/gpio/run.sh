@@ -14,6 +14,6 @@ append="console=ttyS0 quiet panic=-1 tsc=unstable TESTINIT=$repo/test/gpio/init.
 timeout 2400 qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -rtc clock=vm -cpu max -smp 1 -m 2048 -nographic -no-reboot -nodefaults -serial stdio \
   -kernel "$dir/vmlinuz" -initrd "$dir/initrd.gz" -append "$append" \
   -virtfs local,path=/,mount_tag=hostroot,security_model=none,multidevs=remap,readonly=on \
-  -virtfs "local,path=$out,mount_tag=out,security_model=none" </dev/null 2>&1 | tr -d '\r\033' | tee "$out/console.txt"
+  -virtfs "local,path=$out,mount_tag=out,security_model=none" </dev/null 2>&1 | stdbuf -o0 tr -d '\r\033' | tee "$out/console.txt"
 echo "gpio: [$SECONDS s] judging"
 /usr/bin/python3 test/gpio/judge.py "$out"

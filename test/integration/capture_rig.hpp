@@ -42,6 +42,7 @@ class CaptureRig {
     config.height_px = height;
     config.format = format;
     config.watchdog_periods = 3;
+    config.frozen_after = 0;     // most tests send one picture again and again
   }
   void start_device() {
     device = std::make_unique<hil::GigeDevice>(device_config);

@@ -69,7 +69,7 @@ TEST(Profile, TheOneOf2007IsTheThesis) {
 
 TEST(Profile, EveryFileInConfigLoads) {
   for (const auto& entry : std::filesystem::directory_iterator("config"))
-    if (entry.path().extension() == ".toml") {
+    if (entry.path().extension() == ".toml" && entry.path().filename() != "alarms.toml") {  // its own: test/monitor
       const auto p = Profile::load(entry.path().string());
       EXPECT_TRUE(p.ok()) << p.error().message();
     }

@@ -129,10 +129,18 @@ TEST_F(RecorderTest, OnABenchEverythingIsOnTheClockOfTheBench) {
   auto recorder = start(true);
   ASSERT_TRUE(recorder);
   RecordedFront front(Front(rig_.stamper, rig_.gps, NavConfig{}, rig_.nav), recorder.get(), true, [] { return std::int64_t{1}; });
+  front.restart(Time{INT64_MIN});        // the time is not known yet
+  front.push(tspi(Time{4'999'000'000}));
   front.push(StrobeEdge{Time{9'000'000'000'123}, 7, true});
   front.push(tspi(Time{4'999'000'000}));
   ASSERT_TRUE(recorder->stop().ok());
-  for (const auto& e : inputs()) EXPECT_EQ(e.time_us, 9'000'000'000) << e.channel;
+  const char* expected[] = {channel::kAcquisition, channel::kTspiTanker, channel::kStrobe, channel::kTspiTanker};
+  const auto got = inputs();
+  ASSERT_EQ(got.size(), std::size(expected));
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    EXPECT_EQ(got[i].channel, expected[i]);
+    EXPECT_EQ(got[i].time_us, 9'000'000'000) << i;
+  }
 }
 
 TEST_F(RecorderTest, VerifyNamesTheFrameWhosePixelsAreNotThere) {

@@ -124,6 +124,25 @@ TEST_F(StamperFault, AStepOfTheCameraClockIsFoundAtOnceAndLockedAnew) {
   EXPECT_EQ(stamper->counters().lock_count, 2U);
 }
 
+TEST_F(StamperFault, APauseThatOnlyTheClockShowsIsFoundAtOnceAndLockedAnew) {
+  // GIVEN a camera that rests for five and a half periods and then counts on as if nothing had been
+  make();
+  const Duration rest{setup.period.ns * 11 / 2};
+  for (auto* list : {&run.edges, &run.frames}) {
+    for (std::size_t i = 51; i < list->size(); ++i) {
+      StampInput& in = (*list)[i];
+      in.ready = in.ready + rest;
+      in.edge.t = in.edge.t + rest;
+      in.frame.t_arrival = in.frame.t_arrival + rest;
+      in.frame.camera_tick_ns += rest.ns;
+    }
+  }
+  for (std::size_t i = 50; i < run.truth.size(); ++i) run.truth[i] = run.truth[i] + rest;
+  go();
+  expect_strobe(0, 100);
+  EXPECT_EQ(losses(LockLoss::kTickStep), 1U);
+}
+
 TEST_F(StamperFault, AStalledHostDoesNotDisturbTheLock) {
   make();
   const Time end = run.frames[60].ready;

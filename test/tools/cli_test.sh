@@ -53,7 +53,17 @@ expect 3 "lcm nonsense://" cyclops --rig "$work/good/rig.toml" --lcm nonsense://
 expect 3 "no-such-chip" cyclops --rig "$work/gpio/rig.toml"
 expect other "--thumbnail-hz" cyclops --rig "$work/good/rig.toml" --thumbnail-hz 99
 
-for program in cyclops-offline cyclops-replay; do
+expect 1 "/no/alarms.toml: cannot be opened" cyclops --rig "$work/good/rig.toml" --alarms /no/alarms.toml
+expect 1 "$work/profile.toml:1: nav: unknown key" cyclops --rig "$work/good/rig.toml" --alarms "$work/profile.toml"
+expect 1 "/no/key: cannot be opened" cyclops --rig "$work/good/rig.toml" --key /no/key
+for program in cyclops-top cyclops-web; do expect 1 "lcm nonsense://" $program --lcm nonsense://; done
+expect 1 "this is no terminal" cyclops-top
+expect other "--columns" cyclops-top --once --columns 79
+expect other "--port" cyclops-web --port 70000
+expect other "--key is required" cyclops-sign
+expect 1 "/no/key: cannot be opened" cyclops-sign --key /no/key --from memq:// --to memq://
+
+for program in cyclops-offline cyclops-replay cyclops-wingrock; do
   expect other "flight is required" $program
   expect 1 "$work/nowhere: is no flight" $program "$work/nowhere"
   expect 1 "a flight that was not finished has none" $program "$work/unfinished"

@@ -68,7 +68,8 @@ struct LearnScene {
       poses.push_back(pose_at(v, n));
       learn::View view{0, 0.2 * v, views.cameras[0].get(), {}, Mat6::Identity(), {}};
       align::Vec6 error;
-      error << normal3(pose_rad), normal3(pose_m);
+      error.head<3>() = normal3(pose_rad);
+      error.tail<3>() = normal3(pose_m);
       view.T_c_k = align::moved(poses.back(), error);
       view.covariance.diagonal() << Vec3::Constant(pose_rad * pose_rad), Vec3::Constant(pose_m * pose_m);
       for (std::size_t i = 0; i < points.size(); ++i) see(view, poses.back() * points[i], patch_of(i));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cyclops/signed_t.hpp>
 
 #include "test/fuzz/wire_fuzz.cpp"
 #include "test/support.hpp"
@@ -31,6 +32,10 @@ std::vector<Bytes> corpus() {
   fill(truth, test::good_truth());
   event_t event;
   fill(event, test::good_event());
+  signed_t wrapped{};
+  wrapped.channel = "TSPI_TANKER";
+  wrapped.size_bytes = 5;
+  wrapped.payload.assign(5, 7);
   acquisition_t acquisition;
   fill(acquisition, Acquisition{AcquisitionChange::kStarted, Time{INT64_MIN}});
   mark_t note;
@@ -40,7 +45,7 @@ std::vector<Bytes> corpus() {
   return {selected(1, test::bytes_of(test::good_tspi())), selected(2, test::bytes_of(strobe)), selected(3, test::bytes_of(mark)),
           selected(4, test::bytes_of(frame)), selected(5, test::frame_data_bytes(test::good_frame_data(pixels))),
           selected(6, test::bytes_of(truth)), selected(10, test::bytes_of(event)),
-          selected(7, test::bytes_of(acquisition)), selected(8, test::bytes_of(note)), selected(9, test::bytes_of(seal))};
+          selected(7, test::bytes_of(acquisition)), selected(8, test::bytes_of(note)), selected(9, test::bytes_of(seal)), selected(11, test::bytes_of(wrapped))};
 }
 
 /// Cut, stretched, or with some bytes changed; seldom in the fingerprint, which would end the matter at once.
