@@ -28,6 +28,7 @@ constexpr int kRefine = 6;         // Gauss-Newton steps
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 constexpr double kScatterWorth = 5; // residuals that the first guess of a feature's scatter is worth
 constexpr double kTooFar_m = 1e4;
+constexpr double kTrust_s = 0.5;   // without consensus, in which the word of the track loses weight
 
 /// Share of the features in view that found a corner.
 double support(const Alignment& a) { return static_cast<double>(a.inliers) / std::max(1.0, static_cast<double>(a.considered)); }
@@ -73,6 +74,9 @@ struct Aligner::State {
   std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
 
   [[nodiscard]] Prior prior_from(const RelativeState& state) const;
+  /// A lead for the pose that features have just agreed on, unless navigation says that it cannot be.
+  [[nodiscard]] double track_bonus() const { return track.contradicted() ? 0 : config.track_bonus * std::exp(-track.blind_s() / kTrust_s); }
+  [[nodiscard]] bool agreed(const Alignment& a) const;
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
   bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
   void refine(const Prior& prior, const Vec6& start, Alignment& out);
@@ -232,6 +236,11 @@ void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H,
   }
 }
 
+bool Aligner::State::agreed(const Alignment& a) const {
+  const auto needed = static_cast<std::uint32_t>(std::max(2, config.min_inliers - (a.considered < 7 ? 1 : 0)));
+  return a.inliers >= needed && a.inliers >= config.min_support * a.considered && a.evidence >= config.min_evidence && a.margin >= config.min_margin;
+}
+
 void Aligner::State::compare_with_navigation(Alignment& out) const {
   if (!nav.valid) return;
   const Vec6 gap = difference(nav.T, out.T_c_k);
@@ -250,7 +259,7 @@ void Aligner::State::learn(const Alignment& out) {
     v += gain * (std::min(0.5 * r.square_px2 * lost, 9.0) - v);
     v = std::max(v, config.scatter_floor_px * config.scatter_floor_px);
   }
-  track.learn(out.T_c_k);
+  track.learn(out.T_c_k, nav.valid);
   common.learn(support(out), out.residual_px);
 }
 
@@ -282,18 +291,19 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
   double margin_nav = 0, margin_track = 0;
   const bool n = s.nav.valid && s.read(s.nav, predicted, corners, from_nav, margin_nav);
   const bool t = s.track.prior().valid && s.read(s.track.prior(), predicted, corners, from_track, margin_track);
-  if (n || t) {
-    out.from_track = t && (!n || from_track.evidence + s.config.track_bonus >= from_nav.evidence);
-    const Prior& prior = out.from_track ? s.track.prior() : s.nav;
-    if (!out.from_track && t) s.pose_problem(prior, predicted, corners);
-    const Reading& best = out.from_track ? from_track : from_nav;
-    out.evidence = best.evidence;
-    out.margin = out.from_track ? margin_track : margin_nav;
+  const bool track_first = t && (!n || from_track.evidence + s.track_bonus() >= from_nav.evidence);
+  for (const bool by_track : {track_first, !track_first}) {  // the second has its chance when features do not agree on the first
+    if (out.consensus || !(by_track ? t : n)) continue;
+    const Prior& prior = by_track ? s.track.prior() : s.nav;
+    s.pose_problem(prior, predicted, corners);
+    out = {};
+    out.from_track = by_track;
+    out.evidence = by_track ? from_track.evidence : from_nav.evidence;
+    out.margin = by_track ? margin_track : margin_nav;
     s.used = prior;
-    s.refine(prior, best.d, out);
-    const auto needed = static_cast<std::uint32_t>(std::max(2, s.config.min_inliers - (out.considered < 7 ? 1 : 0)));
-    out.consensus = out.inliers >= needed && out.inliers >= s.config.min_support * out.considered && out.evidence >= s.config.min_evidence && out.margin >= s.config.min_margin;
+    s.refine(prior, by_track ? from_track.d : from_nav.d, out);
     s.compare_with_navigation(out);
+    out.consensus = s.agreed(out);
   }
 }
 

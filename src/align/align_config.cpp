@@ -25,6 +25,7 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("track_floor_px", 0.1, 50.0, c.track_floor_px);
   t.read_in("track_growth_px_s", 0.0, 1e3, c.track_growth_px_s);
   t.read_in("track_bonus", 0.0, 100.0, c.track_bonus);
+  t.read_in("nav_memory_s", 0.0, 1e3, c.nav_memory_s);
   t.read_in("search_sigmas", 0.0, 10.0, c.search_sigmas);
   t.read_in("search_most_px", 0.0, 1000.0, c.search_most_px);
   t.read_in("forget_after_s", 0.0, 1e4, c.forget_after_s);

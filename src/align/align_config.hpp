@@ -26,7 +26,8 @@ struct AlignConfig {
   double common_floor_px{0.05};   ///< least 1 sigma of that error
   double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
   double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus
-  double track_bonus{0.5};        ///< evidence in favour of going on with the earlier pose
+  double track_bonus{60.0};       ///< evidence in favour of going on with the earlier pose, while features have just agreed on it
+  double nav_memory_s{1.0};       ///< errors of navigation last so long: what it says more often is weighed as if said once in this time
   double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
   double search_most_px{60};      ///< but no further
   double forget_after_s{12.0};    ///< without consensus for so long, earlier frames no longer count

@@ -39,6 +39,7 @@ void PoseTrack::predict(Time now, const Prior& nav) {
     has_shape_ = true;
   }
   prior_ = {};
+  contradicted_ = false;
   const double blind = (now - t_pose_).seconds();
   if (!locked_ || !has_shape_ || blind > config_.forget_after_s) return;
   ways_[0] = T_;
@@ -53,16 +54,19 @@ void PoseTrack::predict(Time now, const Prior& nav) {
   prior_.P = shape_ * (scale * scale);
   prior_.valid = true;
   if (!nav.valid) return;
-  const Mat6 S = prior_.P + nav.P;  // navigation pulls the track towards itself as far as its own covariance says
   const Vec6 gap = difference(prior_.T, nav.T);
-  const auto solver = S.ldlt();
-  if (gap.dot(solver.solve(gap)) > 40.0) return;  // they contradict each other: each stands for itself
+  contradicted_ = gap.dot((prior_.P + nav.P).ldlt().solve(gap)) > 22.0;
+  if (contradicted_) return;  // each stands for itself
+  // Navigation pulls the track towards itself as far as its covariance says, but its errors last: many words in a second are one.
+  const double words = std::max(1.0, config_.nav_memory_s / std::max(1e-3, (now - t_nav_).seconds()));
+  t_nav_ = now;
+  const auto solver = Mat6(prior_.P + words * nav.P).ldlt();
   prior_.T = moved(prior_.T, prior_.P * solver.solve(gap));
   prior_.P = prior_.P - prior_.P * solver.solve(prior_.P);
   prior_.P = 0.5 * (prior_.P + prior_.P.transpose().eval());
 }
 
-void PoseTrack::learn(const CameraPose& pose) {
+void PoseTrack::learn(const CameraPose& pose, bool with_navigation) {
   if (locked_ && prior_.valid) {
     const double dt = (now_ - t_pose_).seconds();
     for (std::size_t i = 0; i < ways_.size(); ++i) {
@@ -72,7 +76,7 @@ void PoseTrack::learn(const CameraPose& pose) {
     }
     error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.end()));
     const Vec6 v = difference(T_, pose) / std::max(dt, 1e-3);
-    velocity_ += 0.6 * (v - velocity_);
+    if (with_navigation == with_navigation_) velocity_ += 0.6 * (v - velocity_);
   } else {
     velocity_.setZero();
     way_error_px2_ = {{9, 9, 16}};
@@ -80,12 +84,14 @@ void PoseTrack::learn(const CameraPose& pose) {
   }
   T_ = pose;
   t_pose_ = now_;
+  with_navigation_ = with_navigation;
   locked_ = true;
 }
 
 void PoseTrack::reset() {
   locked_ = false;
   previous_nav_ = {};
+  t_nav_ = {};
   has_shape_ = false;
 }
 

@@ -21,8 +21,13 @@ class PoseTrack {
   /// Once a frame. `nav` is this frame's navigation, or invalid.
   void predict(Time now, const Prior& nav);
   [[nodiscard]] const Prior& prior() const { return prior_; }
-  /// The pose that this frame's features agreed on.
-  void learn(const CameraPose& pose);
+  /// Navigation of this frame says that the track cannot be where it is.
+  [[nodiscard]] bool contradicted() const { return contradicted_; }
+  /// The pose that this frame's features agreed on. Where navigation comes or goes from one frame to the next, the step is what it
+  /// knows and the picture does not: no motion.
+  void learn(const CameraPose& pose, bool with_navigation);
+  /// Time since features last agreed; no track: longer than it is kept.
+  [[nodiscard]] double blind_s() const { return locked_ ? (now_ - t_pose_).seconds() : config_.forget_after_s; }
   /// Once a frame, last: `nav` as given to predict.
   void end_frame(const Prior& nav) { previous_nav_ = nav; }
   void reset();
@@ -43,6 +48,9 @@ class PoseTrack {
   CameraPose T_{};                      // that pose
   Vec6 velocity_{Vec6::Zero()};         // per second
   Time t_pose_{};
+  bool contradicted_{false};
+  Time t_nav_{};                        // when navigation was last weighed against it
+  bool with_navigation_{false};         // that pose was found with navigation's help
   double error_px_{3};                  // how far predictions from it have recently been off, rms
   std::array<CameraPose, 3> ways_{};    // predictions of this frame: standing still, constant velocity, navigation's motion
   std::array<double, 3> way_error_px2_{{9, 9, 16}};
