@@ -84,11 +84,12 @@ int main(int argc, char** argv) {
   CLI::App app{"Learns points of the tanker from recorded flights, and tries a model on flights with truth. docs/learning.md"};
   Options o;
   declare(app, o);
+  app.final_callback([&o] {
+    if (o.flights.empty() && (o.tests.empty() || o.tanker.empty())) throw CLI::ValidationError("nothing to do, expected flights with --out, or --test with --tanker");
+    if (o.flights.empty() != o.out.empty()) throw CLI::ValidationError("--out", "goes with flights to learn from, expected both or neither");
+    if (!o.flights.empty() && !o.tanker.empty()) throw CLI::ValidationError("--tanker", "stands beside flights to learn from, expected one of the two");
+  });
   CLI11_PARSE(app, argc, argv);
-  if (o.flights.empty() == o.out.empty() && o.flights.empty() && (o.tests.empty() || o.tanker.empty()))
-    return fail(cyclops::make_error(cyclops::ErrorCode::kInvalid, "", "nothing to do, expected flights with --out, or --test with --tanker"));
-  if (o.flights.empty() != o.out.empty()) return fail(cyclops::make_error(cyclops::ErrorCode::kInvalid, "--out", "goes with flights to learn from, expected both or neither"));
-  if (!o.flights.empty() && !o.tanker.empty()) return fail(cyclops::make_error(cyclops::ErrorCode::kInvalid, "--tanker", "stands beside flights to learn from, expected one of the two"));
   cyclops::Profile profile;
   if (!o.config.empty()) {
     auto loaded = cyclops::Profile::load(o.config);

@@ -75,6 +75,7 @@ class Recorder {
 
 int run(int argc, char** argv, const char* about, const std::function<std::unique_ptr<Peer>(const Rig&)>& make) {
   CLI::App app{about};
+  app.set_version_flag("--version", CYCLOPS_VERSION);
   std::string flight, config, out;
   app.add_option("flight", flight, "flight folder with truth")->required();
   app.add_option("--config", config, "profile of Cyclops; only its navigation counts here")->required();
