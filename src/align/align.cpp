@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 
 #include "align/common_error.hpp"
@@ -28,6 +29,7 @@ constexpr int kRefine = 6;         // Gauss-Newton steps
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 constexpr double kScatterWorth = 5; // residuals that the first guess of a feature's scatter is worth
 constexpr double kTooFar_m = 1e4;
+constexpr double kNavLead = 5;     // evidence
 constexpr double kTrust_s = 0.5;   // without consensus, in which the word of the track loses weight
 
 /// Share of the features in view that found a corner.
@@ -61,6 +63,7 @@ struct Aligner::State {
   PoseTrack track;
   CommonError common;
   Problem problem;
+  double clutter{0};                   // found by the last pose_problem, 1/px^2
   std::vector<Reading> readings;
   struct Residual {
     std::uint16_t feature;
@@ -74,11 +77,13 @@ struct Aligner::State {
   std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
 
   [[nodiscard]] Prior prior_from(const RelativeState& state) const;
-  /// A lead for the pose that features have just agreed on, unless navigation says that it cannot be.
-  [[nodiscard]] double track_bonus() const { return track.contradicted() ? 0 : config.track_bonus * std::exp(-track.blind_s() / kTrust_s); }
+  /// A lead for the pose that features have just agreed on. Where navigation says that it cannot be, the lead is navigation's: a
+  /// pattern that repeats agrees with both.
+  [[nodiscard]] double track_bonus() const { return track.contradicted() ? -kNavLead : config.track_bonus * std::exp(-track.blind_s() / kTrust_s); }
   [[nodiscard]] bool agreed(const Alignment& a) const;
   void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
-  bool read(const Prior& prior, const PredictionSet&, const CornerSet&, Reading& best, double& margin);
+  double clutter_of(const PredictionSet&, const CornerSet&);
+  bool read(const Prior& prior, const PredictionSet&, const CornerSet&, double density, Reading& best, double& margin);
   void refine(const Prior& prior, const Vec6& start, Alignment& out);
   void add_edges(const CameraPose& pose, double slack_px, Mat6& H, Vec6& g) const;
   [[nodiscard]] double median_residual_px();
@@ -141,15 +146,27 @@ void Aligner::State::pose_problem(const Prior& prior, const PredictionSet& predi
     for (int i = 0; i < n; ++i) problem.corner.push_back(near[static_cast<std::size_t>(i)].second->uv_px);
     if (problem.seen.size() < problem.seen.capacity()) problem.seen.push_back(s);
   }
-  const double density = std::max((found + 1.0) / std::max(area, 1.0), 1e-5);
-  problem.log_gain = std::log(config.detection_probability / (2 * 3.14159265358979 * density));
+  clutter = std::max((found + 1.0) / std::max(area, 1.0), 1e-5);
   // Features with few candidates first: they make the better hypotheses.
   const auto rank = [](const Seen& s) { return std::pair(s.count == 0 ? 1000 : s.count, s.feature); };
   std::sort(problem.seen.begin(), problem.seen.end(), [&](const Seen& a, const Seen& b) { return rank(a) < rank(b); });
 }
 
-bool Aligner::State::read(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, Reading& best, double& margin) {
+/// Corners a square pixel that are no features: by the wider of the two priors, so that their readings are weighed alike. A narrow one
+/// holds little more than the features themselves.
+double Aligner::State::clutter_of(const PredictionSet& predicted, const CornerSet& corners) {
+  double least = 1;
+  for (const Prior* prior : std::initializer_list<const Prior*>{&nav, &track.prior()}) {
+    if (!prior->valid) continue;
+    pose_problem(*prior, predicted, corners);
+    least = std::min(least, clutter);
+  }
+  return least;
+}
+
+bool Aligner::State::read(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, double density, Reading& best, double& margin) {
   pose_problem(prior, predicted, corners);
+  problem.log_gain = std::log(config.detection_probability / (2 * 3.14159265358979 * density));
   align::one_point_readings(problem, static_cast<std::size_t>(config.features), static_cast<std::size_t>(config.readings), readings);
   if (readings.empty()) return false;
   for (Reading& r : readings) align::grow(problem, static_cast<std::size_t>(config.features), kGrow, r);
@@ -289,8 +306,9 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
   State& s = *s_;
   Reading from_nav, from_track;
   double margin_nav = 0, margin_track = 0;
-  const bool n = s.nav.valid && s.read(s.nav, predicted, corners, from_nav, margin_nav);
-  const bool t = s.track.prior().valid && s.read(s.track.prior(), predicted, corners, from_track, margin_track);
+  const double density = s.clutter_of(predicted, corners);
+  const bool n = s.nav.valid && s.read(s.nav, predicted, corners, density, from_nav, margin_nav);
+  const bool t = s.track.prior().valid && s.read(s.track.prior(), predicted, corners, density, from_track, margin_track);
   const bool track_first = t && (!n || from_track.evidence + s.track_bonus() >= from_nav.evidence);
   for (const bool by_track : {track_first, !track_first}) {  // the second has its chance when features do not agree on the first
     if (out.consensus || !(by_track ? t : n)) continue;

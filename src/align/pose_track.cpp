@@ -4,6 +4,12 @@
 #include <cmath>
 
 namespace cyclops::align {
+namespace {
+
+constexpr double kLeastTurn = 0.001;   // rad
+constexpr double kLeastShift = 0.001;  // of the range
+
+}  // namespace
 
 /// rms over a sample of the features of the 1-sigma prediction error (per axis), px.
 double PoseTrack::spread_px(const CameraPose& pose, const Mat6& P) const {
@@ -35,7 +41,11 @@ double PoseTrack::distance_px(const CameraPose& a, const CameraPose& b) const {
 void PoseTrack::predict(Time now, const Prior& nav) {
   now_ = now;
   if (nav.valid) {
+    // However sure navigation is of itself now, the track must be able to follow any motion later.
+    const double shift = kLeastShift * nav.T.translation().xyz.norm();
     shape_ = nav.P;
+    shape_.diagonal().head<3>().array() += kLeastTurn * kLeastTurn;
+    shape_.diagonal().tail<3>().array() += shift * shift;
     has_shape_ = true;
   }
   prior_ = {};
