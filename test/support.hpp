@@ -2,7 +2,9 @@
 /// Shared by the tests: a folder that vanishes, a heap guard, a seeded generator.
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <random>
+#include <sstream>
 #include <string>
 
 namespace cyclops::test {
@@ -32,5 +34,13 @@ class HeapGuard {
 };
 
 using Random = std::mt19937_64;
+
+/// A file's bytes; empty when there is none.
+inline std::string slurp(const std::string& path) {
+  std::ostringstream out;
+  out << std::ifstream(path, std::ios::binary).rdbuf();
+  return out.str();
+}
+inline void spill(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 }  // namespace cyclops::test

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <optional>
 
 #include "align/common_error.hpp"
@@ -38,17 +37,28 @@ double support(const Alignment& a) { return static_cast<double>(a.inliers) / std
 }  // namespace
 
 struct Aligner::State {
+  /// What a prior expects of the frame, and the best reading of the corners under it.
+  struct View {
+    Prior prior;
+    Problem problem;
+    double clutter{0};                 // corners / px^2 where it looks
+    bool read{false};                  // the next two are known
+    Reading best;
+    double margin{0};                  // evidence over that of the next different reading
+  };
   State(const AlignConfig& c, const TankerModel& m, const Camera& k, const Pose<frame::C, frame::R>& mount, double b)
       : config(c), model(m), camera(k), T_c_r(mount), boresight(b), track(config, k, body), common(config) {
     const std::size_t n = std::min(model.features().size(), kMaxFeatures);
     body.reserve(n);
     for (const Feature& f : model.features()) body.push_back(model.in_body(f));
-    problem.seen.reserve(n);
+    for (View* v : {&by_nav, &by_track}) {
+      v->problem.seen.reserve(n);
+      v->problem.corner.reserve(n * static_cast<std::size_t>(config.candidates));
+    }
     scatter.assign(n, config.corner_sigma_px * config.corner_sigma_px);
     scatter_frames.assign(n, 0);
     residuals.reserve(n);
     supporters.reserve(n);
-    problem.corner.reserve(n * static_cast<std::size_t>(config.candidates));
     readings.reserve(static_cast<std::size_t>(config.readings) + 1);
   }
 
@@ -62,8 +72,8 @@ struct Aligner::State {
   Prior nav;                           // of this frame
   PoseTrack track;
   CommonError common;
-  Problem problem;
-  double clutter{0};                   // found by the last pose_problem, 1/px^2
+  View by_nav, by_track;               // of this frame
+  const View* used{nullptr};           // the one whose reading was refined
   std::vector<Reading> readings;
   struct Residual {
     std::uint16_t feature;
@@ -71,7 +81,6 @@ struct Aligner::State {
   };
   std::vector<Residual> residuals;     // of the last refinement
   std::vector<Vec2> supporters;        // corners that the last refinement used, each once: far away, one serves many features
-  Prior used;                          // the prior that the reading of this frame came from
   const EdgeSet* edges{nullptr};       // taken part in the refinement, or null
   std::vector<double> scatter_frames;  // by feature: how many residuals its scatter holds
   std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
@@ -81,10 +90,9 @@ struct Aligner::State {
   /// pattern that repeats agrees with both.
   [[nodiscard]] double track_bonus() const { return track.contradicted() ? -kNavLead : config.track_bonus * std::exp(-track.blind_s() / kTrust_s); }
   [[nodiscard]] bool agreed(const Alignment& a) const;
-  void pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners);
-  double clutter_of(const PredictionSet&, const CornerSet&);
-  bool read(const Prior& prior, const PredictionSet&, const CornerSet&, double density, Reading& best, double& margin);
-  void refine(const Prior& prior, const Vec6& start, Alignment& out);
+  void look(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, View& view) const;
+  void read(double clutter, View& view);
+  void refine(const View& view, const Vec6& start, Alignment& out);
   void add_edges(const CameraPose& pose, double slack_px, Mat6& H, Vec6& g) const;
   [[nodiscard]] double median_residual_px();
   void learn(const Alignment& out);
@@ -110,9 +118,13 @@ Prior Aligner::State::prior_from(const RelativeState& state) const {
 }
 
 /// Linearises the features at the prior and collects the corners near each.
-void Aligner::State::pose_problem(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners) {
+void Aligner::State::look(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, View& view) const {
+  Problem& problem = view.problem;
+  view.prior = prior;
+  view.read = false;
   problem.seen.clear();
   problem.corner.clear();
+  if (!prior.valid) return;
   problem.P = prior.P;
   double area = 0, found = 0;
   for (const Prediction& p : predicted.items) {
@@ -146,41 +158,32 @@ void Aligner::State::pose_problem(const Prior& prior, const PredictionSet& predi
     for (int i = 0; i < n; ++i) problem.corner.push_back(near[static_cast<std::size_t>(i)].second->uv_px);
     if (problem.seen.size() < problem.seen.capacity()) problem.seen.push_back(s);
   }
-  clutter = std::max((found + 1.0) / std::max(area, 1.0), 1e-5);
+  view.clutter = std::max((found + 1.0) / std::max(area, 1.0), 1e-5);
   // Features with few candidates first: they make the better hypotheses.
   const auto rank = [](const Seen& s) { return std::pair(s.count == 0 ? 1000 : s.count, s.feature); };
   std::sort(problem.seen.begin(), problem.seen.end(), [&](const Seen& a, const Seen& b) { return rank(a) < rank(b); });
 }
 
-/// Corners a square pixel that are no features: by the wider of the two priors, so that their readings are weighed alike. A narrow one
-/// holds little more than the features themselves.
-double Aligner::State::clutter_of(const PredictionSet& predicted, const CornerSet& corners) {
-  double least = 1;
-  for (const Prior* prior : std::initializer_list<const Prior*>{&nav, &track.prior()}) {
-    if (!prior->valid) continue;
-    pose_problem(*prior, predicted, corners);
-    least = std::min(least, clutter);
-  }
-  return least;
-}
-
-bool Aligner::State::read(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners, double density, Reading& best, double& margin) {
-  pose_problem(prior, predicted, corners);
-  problem.log_gain = std::log(config.detection_probability / (2 * 3.14159265358979 * density));
+/// `clutter`: corners a square pixel that are no features.
+void Aligner::State::read(double clutter, View& view) {
+  if (!view.prior.valid) return;
+  Problem& problem = view.problem;
+  problem.log_gain = std::log(config.detection_probability / (2 * 3.14159265358979 * clutter));
   align::one_point_readings(problem, static_cast<std::size_t>(config.features), static_cast<std::size_t>(config.readings), readings);
-  if (readings.empty()) return false;
+  if (readings.empty()) return;
   for (Reading& r : readings) align::grow(problem, static_cast<std::size_t>(config.features), kGrow, r);
-  const auto top = std::max_element(readings.begin(), readings.end(), [](const Reading& a, const Reading& b) { return a.evidence < b.evidence; });
-  best = *top;
+  view.best = *std::max_element(readings.begin(), readings.end(), [](const Reading& a, const Reading& b) { return a.evidence < b.evidence; });
   double second = 0;
   for (const Reading& r : readings)
-    if (align::separation_px(problem, r, best) > config.inlier_px) second = std::max(second, r.evidence);
-  margin = best.evidence - second;
-  return true;
+    if (align::separation_px(problem, r, view.best) > config.inlier_px) second = std::max(second, r.evidence);
+  view.margin = view.best.evidence - second;
+  view.read = true;
 }
 
 /// Iteratively reweighted Gauss-Newton from `start`, each feature bound to its nearest corner (Geman-McClure weights).
-void Aligner::State::refine(const Prior& prior, const Vec6& start, Alignment& out) {
+void Aligner::State::refine(const View& view, const Vec6& start, Alignment& out) {
+  const Prior& prior = view.prior;
+  const Problem& problem = view.problem;
   const Mat6 information = prior.P.inverse();
   Vec6 d = start;
   Mat6 H = information;
@@ -304,22 +307,23 @@ const Pose<frame::C, frame::K>& Aligner::prior_pose() const { return s_->track.p
 void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out) {
   out = {};
   State& s = *s_;
-  Reading from_nav, from_track;
-  double margin_nav = 0, margin_track = 0;
-  const double density = s.clutter_of(predicted, corners);
-  const bool n = s.nav.valid && s.read(s.nav, predicted, corners, density, from_nav, margin_nav);
-  const bool t = s.track.prior().valid && s.read(s.track.prior(), predicted, corners, density, from_track, margin_track);
-  const bool track_first = t && (!n || from_track.evidence + s.track_bonus() >= from_nav.evidence);
+  State::View &n = s.by_nav, &t = s.by_track;
+  s.look(s.nav, predicted, corners, n);
+  s.look(s.track.prior(), predicted, corners, t);
+  // Both readings are weighed against the clutter that the wider prior sees: a narrow one holds little more than the features.
+  const double clutter = std::min(n.prior.valid ? n.clutter : 1, t.prior.valid ? t.clutter : 1);
+  s.read(clutter, n);
+  s.read(clutter, t);
+  const bool track_first = t.read && (!n.read || t.best.evidence + s.track_bonus() >= n.best.evidence);
   for (const bool by_track : {track_first, !track_first}) {  // the second has its chance when features do not agree on the first
-    if (out.consensus || !(by_track ? t : n)) continue;
-    const Prior& prior = by_track ? s.track.prior() : s.nav;
-    s.pose_problem(prior, predicted, corners);
+    const State::View& view = by_track ? t : n;
+    if (out.consensus || !view.read) continue;
     out = {};
     out.from_track = by_track;
-    out.evidence = by_track ? from_track.evidence : from_nav.evidence;
-    out.margin = by_track ? margin_track : margin_nav;
-    s.used = prior;
-    s.refine(prior, by_track ? from_track.d : from_nav.d, out);
+    out.evidence = view.best.evidence;
+    out.margin = view.margin;
+    s.used = &view;
+    s.refine(view, view.best.d, out);
     s.compare_with_navigation(out);
     out.consensus = s.agreed(out);
   }
@@ -329,7 +333,7 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
   State& s = *s_;
   if (!out.consensus || edges.empty()) return;
   s.edges = &edges;
-  s.refine(s.used, difference(s.used.T, out.T_c_k), out);
+  s.refine(*s.used, difference(s.used->prior.T, out.T_c_k), out);
   s.edges = nullptr;
   s.compare_with_navigation(out);
 }

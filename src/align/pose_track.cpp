@@ -6,6 +6,7 @@
 namespace cyclops::align {
 namespace {
 
+constexpr double kContradiction = 22.0;  // 99.9 % of chi-square with 6 degrees of freedom
 constexpr double kLeastTurn = 0.001;   // rad
 constexpr double kLeastShift = 0.001;  // of the range
 
@@ -65,7 +66,7 @@ void PoseTrack::predict(Time now, const Prior& nav) {
   prior_.valid = true;
   if (!nav.valid) return;
   const Vec6 gap = difference(prior_.T, nav.T);
-  contradicted_ = gap.dot((prior_.P + nav.P).ldlt().solve(gap)) > 22.0;
+  contradicted_ = gap.dot((prior_.P + nav.P).ldlt().solve(gap)) > kContradiction;
   if (contradicted_) return;  // each stands for itself
   // Navigation pulls the track towards itself as far as its covariance says, but its errors last: many words in a second are one.
   const double words = std::max(1.0, config_.nav_memory_s / std::max(1e-3, (now - t_nav_).seconds()));

@@ -105,6 +105,31 @@ TEST_F(AlignTest, SeesNoTankerInClutterAlone) {
   EXPECT_LE(found, 4);
 }
 
+TEST_F(AlignTest, OfAPatternThatRepeatsNavigationSaysWhichAfterASilence) {
+  // GIVEN a tanker that was followed, 1.6 s without a frame in which it moved by 80 px, and corners where it was as well as where it is
+  nav.covariance *= 0.01;
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  Alignment out;
+  for (int frame = 0; frame < 20; ++frame) {
+    see(nav.T_r_k, 12, 0, static_cast<std::uint64_t>(frame + 1));
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + frame * 33'000'000LL}, &nav));
+    aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
+    ASSERT_TRUE(out.consensus);
+  }
+  const auto before = std::make_unique<CornerSet>(*corners);
+  nav.T_r_k = moved(Vec3::Zero(), Vec3(0, 2.3, 0));
+  for (int frame = 0; frame < 10; ++frame) {
+    see(nav.T_r_k, 12, 0, static_cast<std::uint64_t>(frame + 50));
+    for (const Corner& c : before->items) corners->items.push_back(c);
+    ASSERT_TRUE(aligner.predict(Time{3'260'000'000 + frame * 33'000'000LL}, &nav));
+    aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
+    ASSERT_TRUE(out.consensus) << frame;
+    EXPECT_LT(worst_px(out.T_c_k), 2) << frame;
+  }
+}
+
 TEST_F(AlignTest, GoesOnWithoutNavigationFromThePoseOfEarlierFrames) {
   Aligner aligner({}, model, camera, T_c_r, 0);
   Alignment out;

@@ -13,12 +13,8 @@ namespace {
 
 using Bytes = std::string;
 
-Bytes slurp(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path, std::ios::binary).rdbuf();
-  return out.str();
-}
-void spill(const std::string& path, const Bytes& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+using test::slurp;
+using test::spill;
 
 /// Three events of 5, 0 and 300 bytes.
 Bytes three_events(const test::TempDir& dir) {
