@@ -25,6 +25,7 @@ double largest_variance(const CornerSet& corners) {
 }  // namespace
 
 Result<AssociateConfig> AssociateConfig::read(ConfigTable& table, AssociateConfig c) {
+  table.read_enum("method", {"auction", "k-best"}, c.method);
   table.read_enum("gate", {"fixed", "mahalanobis"}, c.gate);
   table.read_in("gate_px", 1.0, 200.0, c.gate_px);
   table.read_in("epsilon_px", 1e-6, 10.0, c.epsilon_px);
@@ -35,14 +36,28 @@ Result<AssociateConfig> AssociateConfig::read(ConfigTable& table, AssociateConfi
   table.read_in("model_sigma_px", 0.0, 50.0, c.model_sigma_px);
   table.read_in("detection_probability", 0.01, 0.999, c.detection_probability);
   table.read_in("clutter_per_px2", 1e-9, 1.0, c.clutter_per_px2);
+  table.read_in("min_probability", 0.0, 1.0, c.min_probability);
+  table.read_in("best", 1, 64, c.best);
+  table.read_in("readings", 1, 64, c.readings);
+  table.read_in("reading_memory_s", 0.01, 60.0, c.reading_memory_s);
   return c;
 }
 
-Associator::Associator(const AssociateConfig& config) : config_(config), cells_(kMaxCorners), auction_(kMaxFeatures) {
+Associator::Associator(const AssociateConfig& config)
+    : config_(config),
+      cells_(kMaxCorners),
+      auction_(kMaxFeatures),
+      k_best_({kMaxRivals, kMaxWanted, static_cast<std::size_t>(config.best), kMaxCorners}),
+      hypotheses_({static_cast<std::size_t>(config.readings), config.reading_memory_s, 0.7}, kMaxFeatures) {
   gate_.resize(kMaxCorners);
   pairs_.reserve(kMaxFeatures * kMaxPerGate);
   offers_.resize(kMaxFeatures * kMaxPerGate);
   first_.resize(kMaxCorners + 2);
+  first_pair_.reserve(kMaxFeatures + 1);
+  rival_.reserve(kMaxFeatures);
+  rivals_.reserve(kMaxFeatures);
+  first_claim_.reserve(kMaxFeatures + 1);
+  claims_.reserve(kMaxFeatures * kMaxPerGate);
 }
 
 /// Radius around the track outside which no corner can be in its gate.
@@ -106,8 +121,10 @@ void Associator::gather(const TrackSet& tracks, const CornerSet& corners, MatchS
   const double variance = config_.gate == Gate::kMahalanobis ? largest_variance(corners) : 0;
   cells_.build(corners, config_.gate == Gate::kFixed ? config_.gate_px : config_.max_gate_px);
   pairs_.clear();
+  first_pair_.clear();
   out.clear();
   for (std::size_t i = 0; i < tracks.size(); ++i) {
+    first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
     Match match;
     if (takes_part(tracks[i])) {
       const double gate_px = radius_px(tracks[i], variance);
@@ -120,6 +137,7 @@ void Associator::gather(const TrackSet& tracks, const CornerSet& corners, MatchS
     }
     out.push_back(match);
   }
+  first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
 }
 
 /// A counting sort: the offers of each corner side by side, in the order of the tracks.
@@ -130,28 +148,36 @@ void Associator::sort_by_corner(std::size_t corners) {
   for (const Pair& p : pairs_) offers_[first_[p.corner + 1]++] = {p.track, p.gain + config_.cardinality_bonus_px};
 }
 
-void Associator::read_result(MatchSet& out) {
-  for (const Pair& p : pairs_)
-    if (auction_.owner(static_cast<std::size_t>(p.track)) == p.corner) {
-      Match& match = out[static_cast<std::size_t>(p.track)];
-      match.corner = p.corner;
-      match.reason = MatchReason::kMatched;
-      match.gain_px = p.gain;
-    }
+void Associator::give(const Pair& pair, MatchSet& out) {
+  Match& match = out[static_cast<std::size_t>(pair.track)];
+  match.corner = pair.corner;
+  match.reason = MatchReason::kMatched;
+  match.gain_px = pair.gain;
 }
 
-void Associator::associate(const TrackSet& tracks, const CornerSet& corners, MatchSet& out) {
-  gather(tracks, corners, out);
-  const std::size_t n = corners.items.size();
-  sort_by_corner(n);
-  const auto outcome = auction_.run(tracks.size(), {first_.data(), n + 1}, {offers_.data(), pairs_.size()},
+void Associator::read_result(MatchSet& out) {
+  for (const Pair& p : pairs_)
+    if (auction_.owner(static_cast<std::size_t>(p.track)) == p.corner) give(p, out);
+}
+
+/// The auction over all pairs.
+void Associator::assign(std::size_t tracks, std::size_t corners) {
+  sort_by_corner(corners);
+  const auto outcome = auction_.run(tracks, {first_.data(), corners + 1}, {offers_.data(), pairs_.size()},
                                     {config_.epsilon_px, static_cast<std::uint32_t>(config_.max_bids)});
-  read_result(out);
   last_epsilon_ = outcome.epsilon;
-  ++counters_.frames;
   counters_.candidates += pairs_.size();
   counters_.bids += outcome.bids;
   counters_.epsilon_raised += outcome.attempts > 1 ? 1 : 0;
+}
+
+void Associator::associate(const TrackSet& tracks, const CornerSet& corners, MatchSet& out) {
+  ++counters_.frames;
+  if (config_.method == AssociateMethod::kKBest) return associate_readings(tracks, corners, out);
+  gather(tracks, corners, out);
+  assign(tracks.size(), corners.items.size());
+  read_result(out);
+  if (config_.gate == Gate::kMahalanobis && config_.min_probability > 0) doubt(corners, out);
 }
 
 }  // namespace cyclops
