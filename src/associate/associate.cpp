@@ -55,17 +55,18 @@ Associator::Associator(const AssociateConfig& config)
   first_.resize(kMaxCorners + 2);
   first_pair_.reserve(kMaxFeatures + 1);
   rival_.reserve(kMaxFeatures);
+  claimant_.assign(kMaxCorners, -1);
   rivals_.reserve(kMaxFeatures);
   first_claim_.reserve(kMaxFeatures + 1);
   claims_.reserve(kMaxFeatures * kMaxPerGate);
 }
 
 /// Radius around the track outside which no corner can be in its gate.
-double Associator::radius_px(const Track& track, double corner_variance) const {
+double Associator::radius_px(const Track& track, double corner_variance, double most_px) const {
   if (config_.gate == Gate::kFixed) return config_.gate_px;
   const double variance = largest_eigenvalue(track.cov_px2) + corner_variance + config_.model_sigma_px * config_.model_sigma_px;
   const double reach = std::sqrt(config_.chi_square * variance);
-  return reach < config_.max_gate_px ? reach : config_.max_gate_px;  // also when reach is not a number
+  return reach < most_px ? reach : most_px;  // also when reach is not a number
 }
 
 /// Below 0: not in the gate. Mahalanobis only; the gain of the fixed gate is gate - distance.
@@ -104,17 +105,20 @@ std::size_t Associator::thin(std::size_t n) {
   return kMaxPerGate;
 }
 
-void Associator::gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px) {
+/// True when there is something within gate_px.
+bool Associator::gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px, double wide_px) {
   const auto i = static_cast<std::int32_t>(index);
-  const double u0 = track.uv_px.x(), v0 = track.uv_px.y(), limit = gate_px * gate_px;
+  const double u0 = track.uv_px.x(), v0 = track.uv_px.y(), limit = wide_px * wide_px;
   std::size_t n = 0;  // written always, counted only inside the gate: no branch to mispredict
-  cells_.near(track.uv_px, gate_px, [&](std::int32_t corner, double u, double v) {
+  cells_.near(track.uv_px, wide_px, [&](std::int32_t corner, double u, double v) {
     const double d2 = (u - u0) * (u - u0) + (v - v0) * (v - v0);
-    gate_[n] = {corner, i, d2};
+    gate_[n] = {corner, i, d2, d2 > gate_px * gate_px};
     n += d2 <= limit ? 1 : 0;
   });
   n = thin(weigh(track, corners, gate_px, n));
-  pairs_.insert(pairs_.end(), gate_.begin(), gate_.begin() + static_cast<std::ptrdiff_t>(n));
+  const auto end = gate_.begin() + static_cast<std::ptrdiff_t>(n);
+  pairs_.insert(pairs_.end(), gate_.begin(), end);
+  return std::any_of(gate_.begin(), end, [](const Pair& p) { return !p.far; });
 }
 
 void Associator::gather(const TrackSet& tracks, const CornerSet& corners, MatchSet& out) {
@@ -127,11 +131,11 @@ void Associator::gather(const TrackSet& tracks, const CornerSet& corners, MatchS
     first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
     Match match;
     if (takes_part(tracks[i])) {
-      const double gate_px = radius_px(tracks[i], variance);
-      const std::size_t before = pairs_.size();
-      gather_one(tracks[i], i, corners, gate_px);
+      const double gate_px = radius_px(tracks[i], variance, config_.max_gate_px);
+      const double wide_px = doubts() ? radius_px(tracks[i], variance, kWide * config_.max_gate_px) : gate_px;
+      const bool any = gather_one(tracks[i], i, corners, gate_px, wide_px);
       match.gate_px = static_cast<float>(gate_px);
-      match.reason = pairs_.size() > before ? MatchReason::kLostToOther : MatchReason::kNoCornerInGate;
+      match.reason = any ? MatchReason::kLostToOther : MatchReason::kNoCornerInGate;
     } else {
       match.reason = MatchReason::kNotVisible;
     }
@@ -143,9 +147,10 @@ void Associator::gather(const TrackSet& tracks, const CornerSet& corners, MatchS
 /// A counting sort: the offers of each corner side by side, in the order of the tracks.
 void Associator::sort_by_corner(std::size_t corners) {
   std::fill_n(first_.begin(), corners + 2, 0U);
-  for (const Pair& p : pairs_) ++first_[p.corner + 2];
+  for (const Pair& p : pairs_) first_[p.corner + 2] += p.far ? 0 : 1;
   for (std::size_t j = 2; j < corners + 2; ++j) first_[j] += first_[j - 1];
-  for (const Pair& p : pairs_) offers_[first_[p.corner + 1]++] = {p.track, p.gain + config_.cardinality_bonus_px};
+  for (const Pair& p : pairs_)
+    if (!p.far) offers_[first_[p.corner + 1]++] = {p.track, p.gain + config_.cardinality_bonus_px};
 }
 
 void Associator::give(const Pair& pair, MatchSet& out) {
@@ -163,10 +168,10 @@ void Associator::read_result(MatchSet& out) {
 /// The auction over all pairs.
 void Associator::assign(std::size_t tracks, std::size_t corners) {
   sort_by_corner(corners);
-  const auto outcome = auction_.run(tracks, {first_.data(), corners + 1}, {offers_.data(), pairs_.size()},
+  const auto outcome = auction_.run(tracks, {first_.data(), corners + 1}, {offers_.data(), first_[corners]},
                                     {config_.epsilon_px, static_cast<std::uint32_t>(config_.max_bids)});
   last_epsilon_ = outcome.epsilon;
-  counters_.candidates += pairs_.size();
+  counters_.candidates += first_[corners];
   counters_.bids += outcome.bids;
   counters_.epsilon_raised += outcome.attempts > 1 ? 1 : 0;
 }
@@ -177,7 +182,7 @@ void Associator::associate(const TrackSet& tracks, const CornerSet& corners, Mat
   gather(tracks, corners, out);
   assign(tracks.size(), corners.items.size());
   read_result(out);
-  if (config_.gate == Gate::kMahalanobis && config_.min_probability > 0) doubt(corners, out);
+  if (doubts()) doubt(corners, out);
 }
 
 }  // namespace cyclops

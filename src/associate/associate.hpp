@@ -8,8 +8,9 @@
 ///          A pair whose gain is below 0 is outside the gate.
 /// Method   kAuction: one assignment a frame. kKBest: the k best of each frame, kept over frames as readings (hypotheses.hpp); navigation's
 ///          word against the track's own, corner against corner, is then decided by several frames.
-/// Doubt    kMahalanobis: a match is dropped (kAmbiguous) when the k best assignments of the tracks that compete give it less than
-///          min_probability, among those that use its track or its corner. Points within kSame_px of each other are one.
+/// Doubt    kAuction with kMahalanobis: a match is dropped (kAmbiguous) when the k best assignments of the tracks that compete leave it less
+///          than min_probability against the corner being another track's. A track competes for what lies within chi_square, further out
+///          than its own gate too: a pose that is off moves all gates alike. Points within kSame_px of each other are one.
 /// Frames   tracks and corners are in raw pixels. Time: both at the same t_mid; the caller moves the tracks there.
 /// Errors   no match is a result: the reason stands in Match. Points that are not finite match nothing.
 /// Threads  one object a thread. Memory: all of it in the constructor.
@@ -67,6 +68,7 @@ class Associator {
   static constexpr std::size_t kMaxRivals = 96;    ///< tracks of one problem for KBest
   static constexpr std::size_t kMaxWanted = 512;   ///< corners of it
   static constexpr double kSame_px = 1.5;
+  static constexpr double kWide = 2;               ///< rivals are looked for as far as this times max_gate_px
 
   explicit Associator(const AssociateConfig& config);
   /// One Match for each track, in order. Tracks that are neither live nor coasting get kNotVisible.
@@ -79,13 +81,15 @@ class Associator {
     std::int32_t corner{0};
     std::int32_t track{0};
     double gain{0};
+    bool far{false};                    ///< outside the gate: no match, but it may be whose the corner is
   };
-  [[nodiscard]] double radius_px(const Track& track, double corner_variance) const;
+  [[nodiscard]] bool doubts() const { return config_.method == AssociateMethod::kAuction && config_.gate == Gate::kMahalanobis && config_.min_probability > 0; }
+  [[nodiscard]] double radius_px(const Track& track, double corner_variance, double most_px) const;
   [[nodiscard]] double likelihood_gain(const Track& track, const Corner& corner) const;
   void gather(const TrackSet& tracks, const CornerSet& corners, MatchSet& out);
   std::size_t weigh(const Track& track, const CornerSet& corners, double gate_px, std::size_t n);
   std::size_t thin(std::size_t n);
-  void gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px);
+  bool gather_one(const Track& track, std::size_t index, const CornerSet& corners, double gate_px, double wide_px);
   void sort_by_corner(std::size_t corners);
   void read_result(MatchSet& out);
   static void give(const Pair& pair, MatchSet& out);
@@ -93,7 +97,7 @@ class Associator {
   void associate_readings(const TrackSet& tracks, const CornerSet& corners, MatchSet& out);
   void judge_reading(std::size_t reading, std::size_t tracks);
   void doubt(const CornerSet& corners, MatchSet& out);
-  void find_rivals(std::size_t tracks, std::size_t corners);
+  void find_rivals(std::size_t tracks);
   [[nodiscard]] std::int32_t rival_root(std::int32_t track);
   void doubt_rivals(const CornerSet& corners, MatchSet& out);
   [[nodiscard]] double probability(std::size_t rival, std::int32_t corner, std::size_t solutions, const CornerSet& corners) const;
@@ -107,6 +111,7 @@ class Associator {
   std::vector<Offer> offers_;
   std::vector<std::uint32_t> first_pair_;      ///< by track, into pairs_
   std::vector<std::int32_t> rival_;            ///< by track: another track that it competes with, up to the root
+  std::vector<std::int32_t> claimant_;         ///< by corner: a track that may have it, or -1
   std::vector<std::int32_t> rivals_;           ///< tracks of one problem
   std::vector<std::uint32_t> first_claim_;
   std::vector<Claim> claims_;

@@ -50,19 +50,23 @@ std::int32_t Associator::rival_root(std::int32_t track) {
 }
 
 /// Tracks that want the same corner compete, and those that compete with them.
-void Associator::find_rivals(std::size_t tracks, std::size_t corners) {
+void Associator::find_rivals(std::size_t tracks) {
   rival_.resize(tracks);
   std::iota(rival_.begin(), rival_.end(), 0);
-  for (std::size_t j = 0; j < corners; ++j)
-    for (std::uint32_t k = first_[j] + 1; k < first_[j + 1]; ++k) {
-      const std::int32_t a = rival_root(offers_[k - 1].track), b = rival_root(offers_[k].track);
+  for (const Pair& p : pairs_) {
+    std::int32_t& claimant = claimant_[static_cast<std::size_t>(p.corner)];
+    if (claimant >= 0) {
+      const std::int32_t a = rival_root(claimant), b = rival_root(p.track);
       rival_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
     }
+    claimant = p.track;
+  }
+  for (const Pair& p : pairs_) claimant_[static_cast<std::size_t>(p.corner)] = -1;
   for (std::int32_t& r : rival_) r = rival_[static_cast<std::size_t>(r)];  // all point at their root: roots come first
 }
 
 void Associator::doubt(const CornerSet& corners, MatchSet& out) {
-  find_rivals(out.size(), corners.items.size());
+  find_rivals(out.size());
   for (std::size_t root = 0; root < out.size(); ++root) {
     if (rival_[root] != static_cast<std::int32_t>(root)) continue;
     rivals_.clear();
@@ -93,18 +97,18 @@ void Associator::doubt_rivals(const CornerSet& corners, MatchSet& out) {
   }
 }
 
-/// Share of the solutions in which the track has this corner, or one at the same place, among those in which either is in use.
+/// Share of the solutions in which the track has this corner, or one at the same place, among those in which another has the corner or it has.
 double Associator::probability(std::size_t rival, std::int32_t corner, std::size_t solutions, const CornerSet& corners) const {
   const Vec2& place = corners.items[static_cast<std::size_t>(corner)].uv_px;
-  double with = 0, either = 0;
+  double mine = 0, others = 0;
   for (std::size_t s = 0; s < solutions; ++s) {
     const auto taken = k_best_.corners(s);
     const double weight = std::exp(k_best_.total(s) - k_best_.total(0));
     const bool here = taken[rival] >= 0 && (corners.items[static_cast<std::size_t>(taken[rival])].uv_px - place).squaredNorm() <= kSame_px * kSame_px;
-    if (here) with += weight;
-    if (taken[rival] >= 0 || std::find(taken.begin(), taken.end(), corner) != taken.end()) either += weight;
+    if (here) mine += weight;
+    else if (std::find(taken.begin(), taken.end(), corner) != taken.end()) others += weight;
   }
-  return either > 0 ? with / either : 1;
+  return mine + others > 0 ? mine / (mine + others) : 1;
 }
 
 }  // namespace cyclops

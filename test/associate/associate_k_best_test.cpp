@@ -163,12 +163,12 @@ struct Pair {
   std::unique_ptr<TrackSet> tracks{std::make_unique<TrackSet>()};
   std::unique_ptr<CornerSet> corners{std::make_unique<CornerSet>()};
   std::unique_ptr<MatchSet> matches{std::make_unique<MatchSet>()};
-  explicit Pair(double apart) {
+  explicit Pair(double apart, double sigma = 0.5) {
     for (const double u : {100.0, 100.0 + apart}) {
       Track t;
       t.state = TrackState::kLive;
       t.uv_px = {u, 50};
-      t.cov_px2 = 0.25 * Mat2::Identity();
+      t.cov_px2 = sigma * sigma * Mat2::Identity();
       tracks->push_back(t);
     }
   }
@@ -179,11 +179,15 @@ struct Pair {
     c.feature = feature;
     corners->items.push_back(c);
   }
-  const MatchSet& associate(double min_probability) {
+  static AssociateConfig config(double min_probability) {
     AssociateConfig c;
     c.gate = Gate::kMahalanobis;
     c.model_sigma_px = 0.5;
     c.min_probability = min_probability;
+    return c;
+  }
+  const MatchSet& associate(double min_probability) { return associate(config(min_probability)); }
+  const MatchSet& associate(const AssociateConfig& c) {
     Associator(c).associate(*tracks, *corners, *matches);
     return *matches;
   }
@@ -207,11 +211,16 @@ TEST(Doubt, ACornerForEachFeatureLeavesNone) {
   EXPECT_EQ(m[1].corner, 1);
 }
 
-TEST(Doubt, TwoCornersAtEqualDistanceOnEitherSideAreBothRefused) {
-  Pair p(40);
-  p.corner(98.8);
-  p.corner(101.2);
-  EXPECT_EQ(p.associate(0.9)[0].reason, MatchReason::kAmbiguous);
+TEST(Doubt, ARivalOutsideItsOwnGateStillHasAClaim) {
+  // GIVEN gates of 2.5 px and a corner 2 px from one feature, 2.6 px from the other
+  Pair p(4.6, 1.2);
+  p.corner(102);
+  AssociateConfig c = Pair::config(0.9);
+  c.max_gate_px = 2.5;
+  EXPECT_EQ(p.associate(c)[0].reason, MatchReason::kAmbiguous);
+  EXPECT_EQ((*p.matches)[1].reason, MatchReason::kNoCornerInGate);
+  c.min_probability = 0;
+  EXPECT_EQ(p.associate(c)[0].corner, 0);
 }
 
 TEST(Doubt, ThePatchAndTheCornerOfOneFeatureAreNoRivals) {
