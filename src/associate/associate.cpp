@@ -48,7 +48,7 @@ Associator::Associator(const AssociateConfig& config)
       cells_(kMaxCorners),
       auction_(kMaxFeatures),
       k_best_({kMaxRivals, kMaxWanted, static_cast<std::size_t>(config.best), kMaxCorners}),
-      hypotheses_({static_cast<std::size_t>(config.readings), config.reading_memory_s, 0.7}, kMaxFeatures) {
+      hypotheses_({static_cast<std::size_t>(config.readings), config.reading_memory_s}, kMaxFeatures) {
   gate_.resize(kMaxCorners);
   pairs_.reserve(kMaxFeatures * kMaxPerGate);
   offers_.resize(kMaxFeatures * kMaxPerGate);

@@ -22,6 +22,7 @@ Hypotheses::Hypotheses(const HypothesesConfig& config, std::size_t max_tracks) :
     r.place.resize(max_tracks);
     r.corner.reserve(max_tracks);
   }
+  shift_.reserve(max_tracks);
   for (std::vector<std::size_t>* v : {&now_, &next_, &judged_, &free_}) v->reserve(slots_.size());
   for (std::size_t i = slots_.size(); i-- > 0;) free_.push_back(i);
 }
@@ -42,11 +43,31 @@ void Hypotheses::move_on(Reading& r, const TrackSet& tracks, double dt) const {
       continue;
     }
     if (!p.known || (placed(t) && !r.own)) {
-      p = {true, t.uv_px, t.cov_px2};
+      p = {true, 0, t.uv_px, t.cov_px2};
       continue;
     }
     p.uv_px += dt * t.velocity_px_s;
     p.cov_px2 += kAccelerationPx2S3 * dt * dt * dt / 3 * Mat2::Identity() + dt * dt * 900 * Mat2::Identity();
+  }
+}
+
+/// Tracks of an own reading that have left the group, at an update of navigation.
+void Hypotheses::gather_strays(Reading& r, const TrackSet& tracks) {
+  const auto counts = [&](std::size_t i) { return r.place[i].known && placed(tracks[i]) && r.place[i].misses < config_.most_misses; };
+  Vec2 common = Vec2::Zero();
+  for (int axis = 0; axis < 2; ++axis) {
+    shift_.clear();
+    for (std::size_t i = 0; i < tracks.size(); ++i)
+      if (counts(i)) shift_.push_back(r.place[i].uv_px[axis] - tracks[i].uv_px[axis]);
+    if (shift_.empty()) return;
+    const auto middle = shift_.begin() + static_cast<std::ptrdiff_t>(shift_.size() / 2);
+    std::nth_element(shift_.begin(), middle, shift_.end());
+    common[axis] = *middle;
+  }
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (!r.place[i].known || !placed(tracks[i])) continue;
+    const Vec2 there = tracks[i].uv_px + common;
+    if (!counts(i) || (r.place[i].uv_px - there).norm() > config_.stray_px) r.place[i] = {true, 0, there, tracks[i].cov_px2};
   }
 }
 
@@ -74,6 +95,7 @@ std::size_t Hypotheses::begin(const TrackSet& tracks, Time t) {
       r.own = own;
       r.score *= std::exp(-dt / config_.memory_s);
       move_on(r, tracks, dt);
+      if (own) gather_strays(r, tracks);
     }
   return judged_.size();
 }
@@ -115,7 +137,11 @@ void Hypotheses::judge(std::size_t i, double gain, std::span<const std::int32_t>
 void Hypotheses::correct(Reading& r, const CornerSet& corners) const {
   const double a = config_.place_gain;
   for (std::size_t i = 0; i < r.corner.size(); ++i) {
-    if (r.corner[i] < 0) continue;
+    if (r.corner[i] < 0) {
+      ++r.place[i].misses;
+      continue;
+    }
+    r.place[i].misses = 0;
     const Corner& c = corners.items[static_cast<std::size_t>(r.corner[i])];
     Place& p = r.place[i];
     p.uv_px += a * (c.uv_px - p.uv_px);

@@ -3,7 +3,8 @@
 ///
 /// Reading  a place and covariance for each track and the log-likelihood of the frames under it. Where navigation has just replaced a
 ///          track, each reading goes on in two: with navigation's place, and with its own (spec 2.8: a bad update destroys a good
-///          track). Where corners compete, each of the k best assignments is a reading of its own. The `most` likeliest stay.
+///          track). Own places of a group differ from navigation's by much the same shift, the error of the projection: one that strays
+///          from the median shift, or has had no corner for long, is put at navigation's place plus that shift. Where corners compete, each of the k best assignments is a reading of its own. The `most` likeliest stay.
 /// Score    sum of the gains of the frames (associate.hpp), older ones weighed less: e^(-dt / memory). Readings that give the same
 ///          corners to the same tracks are one.
 /// Frames   raw pixels. Time: that of the corners; tracks are at the same time. Threads: one at a time. Memory: all of it in the constructor.
@@ -19,6 +20,8 @@ struct HypothesesConfig {
   std::size_t most{4};            ///< readings kept
   double memory_s{0.5};           ///< a frame this old counts 1/e
   double place_gain{0.7};         ///< share of an innovation taken into a reading's place
+  double stray_px{6};             ///< from the median shift
+  int most_misses{5};             ///< frames without a corner
 };
 
 class Hypotheses {
@@ -42,6 +45,7 @@ class Hypotheses {
  private:
   struct Place {
     bool known{false};
+    int misses{0};
     Vec2 uv_px{0, 0};
     Mat2 cov_px2{Mat2::Identity()};
   };
@@ -53,6 +57,7 @@ class Hypotheses {
     std::vector<std::int32_t> corner;   // by track, of the last frame
   };
   void move_on(Reading& r, const TrackSet& tracks, double dt) const;
+  void gather_strays(Reading& r, const TrackSet& tracks);
   static void take(const Reading& from, Reading& to);
   void correct(Reading& r, const CornerSet& corners) const;
 
@@ -64,6 +69,7 @@ class Hypotheses {
   std::vector<std::size_t> now_, next_; // slots, best first
   std::vector<std::size_t> judged_;     // slots of this frame, before association
   std::vector<std::size_t> free_;
+  std::vector<double> shift_;
 };
 
 }  // namespace cyclops

@@ -100,7 +100,7 @@ struct One {
 
 TEST(Hypotheses, AReadingThatWasSecondWinsWhenTheFramesSpeakForIt) {
   // GIVEN two corners for one track: the wrong one looks a little better in the first frame
-  Hypotheses h({4, 0.5, 0.7}, 8);
+  Hypotheses h({}, 8);
   One one;
   const std::int32_t wrong[] = {1}, right[] = {0}, none[] = {-1};
   ASSERT_EQ(one.begin(h), 1U);
@@ -125,7 +125,7 @@ TEST(Hypotheses, AReadingThatWasSecondWinsWhenTheFramesSpeakForIt) {
 }
 
 TEST(Hypotheses, NavigationsWordMakesEachReadingGoOnInTwo) {
-  Hypotheses h({4, 0.5, 0.7}, 8);
+  Hypotheses h({}, 8);
   One one;
   const std::int32_t right[] = {0}, other[] = {1};
   EXPECT_EQ(one.begin(h), 1U);
@@ -144,8 +144,39 @@ TEST(Hypotheses, NavigationsWordMakesEachReadingGoOnInTwo) {
   EXPECT_EQ(h.settle(*one.corners)[0], 0);
 }
 
+TEST(Hypotheses, AnOwnPlaceThatLeftTheGroupIsPutBackWithTheGroupsShift) {
+  // GIVEN five tracks that a reading has where their corners are, the last one 20 px off
+  Hypotheses h({}, 8);
+  TrackSet tracks;
+  CornerSet corners;
+  std::vector<std::int32_t> all;
+  for (int i = 0; i < 5; ++i) {
+    Track t;
+    t.state = TrackState::kLive;
+    t.uv_px = {100.0 * i + (i == 4 ? 20 : 0), 50};
+    tracks.push_back(t);
+    Corner c;
+    c.uv_px = t.uv_px;
+    corners.items.push_back(c);
+    all.push_back(i);
+  }
+  h.begin(tracks, Time{1 * kFrame_ns});
+  h.judge(0, 10, all);
+  h.settle(corners);
+  // WHEN navigation puts every feature 8 px to the left
+  for (int i = 0; i < 5; ++i) {
+    tracks[static_cast<std::size_t>(i)].change = TrackChange::kReplacedByNav;
+    tracks[static_cast<std::size_t>(i)].uv_px = {100.0 * i - 8, 50};
+  }
+  ASSERT_EQ(h.begin(tracks, Time{2 * kFrame_ns}), 2U);
+  // THEN the reading's own places stay, and the fifth comes to where the others say
+  TrackSet own;
+  h.expected(1, tracks, own);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(own[i].uv_px.x(), 100.0 * static_cast<double>(i), 1e-9);
+}
+
 TEST(Hypotheses, NeverKeepsMoreThanItMayAndNoneTwice) {
-  Hypotheses h({3, 0.5, 0.7}, 8);
+  Hypotheses h({.most = 3}, 8);
   One one;
   (*one.tracks)[0].change = TrackChange::kReplacedByNav;
   for (int k = 0; k < 50; ++k) {
