@@ -85,10 +85,12 @@ void Aligner::reset() {
   s_->common.reset();
 }
 
-bool Aligner::predict(Time t_mid, const RelativeState* nav) {
+bool Aligner::predict(Time t_mid, const RelativeState* nav, const RelativeState* carried) {
   s_->nav = {};
   if (nav != nullptr && nav->valid) s_->nav = s_->prior_from(*nav);
-  s_->track.predict(t_mid, s_->nav);
+  s_->between = s_->nav;
+  if (!s_->nav.valid && carried != nullptr) s_->between = s_->prior_from(*carried);
+  s_->track.predict(t_mid, s_->between);
   return s_->nav.valid || s_->track.prior().valid;
 }
 

@@ -34,8 +34,9 @@ class Aligner {
   Aligner(const Aligner&) = delete;
   Aligner& operator=(const Aligner&) = delete;
 
-  /// Where to look in this frame. `nav` may be null or invalid. False: neither navigation nor an earlier pose helps.
-  bool predict(Time t_mid, const RelativeState* nav);
+  /// Where to look in this frame. `nav` may be null or invalid; `carried` is what an earlier update says of this frame, or null: it keeps
+  /// the pose of earlier frames from wandering, but is no navigation to compare with. False: neither navigation nor an earlier pose helps.
+  bool predict(Time t_mid, const RelativeState* nav, const RelativeState* carried = nullptr);
   [[nodiscard]] const Pose<frame::C, frame::K>& prior_pose() const;
 
   /// The prior is so wide that features have to be looked for all over it.

@@ -48,6 +48,7 @@ struct Aligner::State {
   std::vector<Point<frame::K>> body;
 
   align::Prior nav;                    // of this frame
+  align::Prior between;                // the same, or an earlier update carried on
   align::PoseTrack track;
   align::CommonError common;
   align::Acquirer acquirer;
