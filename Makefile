@@ -154,7 +154,7 @@ corners: $(B)/bin/cyclops-render ## rendered against projected corners, measured
 SEEDS ?= 101-120
 JOBS ?= $(shell nproc)
 .PHONY: evaluate peers
-evaluate: $(addprefix $(B)/bin/cyclops-,flight evaluate disturb) $(PEERS) ## every flight x profile x seed beside the goals: SEEDS=1-20 FLIGHTS=s1,s3 PROFILES=default,thesis-2007 JOBS=2 EVALUATE=--help
+evaluate: $(addprefix $(B)/bin/cyclops-,flight evaluate disturb learn) $(PEERS) ## every flight x profile x seed beside the goals: SEEDS=1-20 FLIGHTS=s1,s3 PROFILES=default,thesis-2007 JOBS=2 EVALUATE=--help
 	@/usr/bin/python3 tools/evaluate.py $(B) --seeds $(SEEDS) --jobs $(JOBS) $(if $(FLIGHTS),--flights $(FLIGHTS)) $(if $(PROFILES),--profiles $(PROFILES)) $(EVALUATE)
 peers: $(PEERS) ## other people's trackers behind the same tables: OpenCV, and ViSP when libvisp-mbt-dev is there (make deps-extra)
 
