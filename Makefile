@@ -204,7 +204,10 @@ gpio: $(B)/bin/cyclops $(B)/bin/cyclops-replay $(B)/bin/cyclops-flight $(B)/test
 	@test/gpio/run.sh $(B)
 bench: $(B)/bin/bench ## time per stage beside OpenCV, in one run
 	@$(B)/bin/bench $(BENCH)
-.PHONY: callgrind
+.PHONY: bench-scaling callgrind
+bench-scaling: $(B)/bin/bench ## time of the chain with 38 to 1000 features and 1 to 4 thousand pixels square, as table and picture (build/scaling.png)
+	@CYCLOPS_SCALING=build/scaling.json $(B)/bin/bench scaling
+	@/usr/bin/python3 test/bench/scaling_plot.py build/scaling.json build/scaling.png
 callgrind: $(B)/bin/bench ## instructions a pixel of the corner kernel (needs valgrind)
 	@test/bench/callgrind.sh $(B)
 

@@ -150,9 +150,12 @@ nlohmann::json run(int features, int side_px) {
       error_px.push_back((m.raw_px - *at).norm());
     }
   }
-  nlohmann::json j{{"features", features}, {"side_px", side_px}, {"cpu_us", quantile(cpu_us, 0.5)}, {"corners", corners}, {"measured", measured},
+  nlohmann::json j{{"features", features}, {"side_px", side_px}, {"cpu_us", quantile(cpu_us, 0)}, {"corners", corners}, {"measured", measured},
                    {"error_px", quantile(error_px, 0.5)}, {"consensus", consensus}, {"searched", searched}};
-  for (std::size_t s = 0; s < kStages; ++s) j["stage_us"][to_string(static_cast<Stage>(s))] = quantile(stage_us[s], 0.1);
+  // The chain times its stages by the wall clock, in which other work on the machine is. Their least times split the CPU time.
+  double sum = 0;
+  for (const auto& v : stage_us) sum += quantile(v, 0);
+  for (std::size_t s = 0; s < kStages; ++s) j["stage_us"][to_string(static_cast<Stage>(s))] = quantile(stage_us[s], 0) * quantile(cpu_us, 0) / sum;
   return j;
 }
 
@@ -167,7 +170,7 @@ void print(const nlohmann::json& j) {
 
 /// CYCLOPS_SCALING names a JSON file to write.
 BENCH(scaling) {
-  std::printf("\nchain by features and picture, default profile: stages lower decile of wall time, whole chain median of CPU time, us\n");
+  std::printf("\nchain by features and picture, default profile: least CPU time of a frame, us\n");
   std::printf("%8s %6s %8s %7s %9s %8s |", "features", "px", "corners", "measured", "median px", "area %");
   for (std::size_t s = 0; s < kStages; ++s) std::printf(" %9s", to_string(static_cast<Stage>(s)));
   std::printf(" | %9s\n", "chain");
