@@ -2,7 +2,6 @@
 // Any bytes as an event log, then as the two logs and the manifest of a flight. What is read whole must be the same when it
 // is skimmed, and must come back when it is written.
 #include <filesystem>
-#include <fstream>
 
 #include "record/flight.hpp"
 #include "test/fuzz/memory_file.hpp"
@@ -32,30 +31,31 @@ void try_log(const std::string& path, std::size_t size) {
   }
 }
 
+/// A flight whose files are all in memory: both logs are the input, and nothing is made or removed for one.
 struct Folder {
   std::string path;
-  Folder() {
+  fuzz::MemoryFile manifest{"manifest"}, rig{"rig"};
+  explicit Folder(const fuzz::MemoryFile& log) {
     char name[] = "/tmp/cyclops-fuzz-XXXXXX";
     must(mkdtemp(name) != nullptr);
     path = name;
+    link("messages.lcm", log);
+    link("frames.lcm", log);
+    link("manifest.toml", manifest);
+    link("rig.toml", rig);
   }
   ~Folder() {
     std::error_code ignored;
     std::filesystem::remove_all(path, ignored);
   }
-  void put(const char* name, const void* data, std::size_t size) const {
-    std::ofstream(path + "/" + name, std::ios::binary).write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
-  }
+  void link(const char* name, const fuzz::MemoryFile& file) const { std::filesystem::create_symlink(file.path(), path + "/" + name); }
 };
 
-void try_flight(const Folder& folder, std::size_t size, std::int64_t frames, const std::uint8_t* data, bool own_manifest) {
-  folder.put("messages.lcm", data, size);
-  folder.put("frames.lcm", data, size);
-  folder.put("rig.toml", "", 0);
+void try_flight(Folder& folder, std::size_t size, std::int64_t frames, const std::uint8_t* data, bool own_manifest) {
   const std::string n = std::to_string(size);
   const std::string manifest = "format = \"cyclops-flight-1\"\nframes = " + std::to_string(frames) + "\n[files]\n\"messages.lcm\" = " + n + "\n\"frames.lcm\" = " + n + "\n\"rig.toml\" = 0\n";
-  if (own_manifest) folder.put("manifest.toml", data, size);
-  else folder.put("manifest.toml", manifest.data(), manifest.size());
+  if (own_manifest) (void)folder.manifest.holding(data, size);
+  else (void)folder.manifest.holding(reinterpret_cast<const std::uint8_t*>(manifest.data()), manifest.size());
   auto flight = FlightReader::open(folder.path);
   if (!flight.ok()) return must(!flight.error().message().empty());
   record::LogEvent event;
@@ -78,7 +78,7 @@ void try_flight(const Folder& folder, std::size_t size, std::int64_t frames, con
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static fuzz::MemoryFile file("log");
-  static const Folder folder;
+  static Folder folder(file);
   try_log(file.holding(data, size), size);
   std::int64_t frames = 0;
   auto log = record::EventLog::open(file.path());
