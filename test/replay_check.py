@@ -7,6 +7,7 @@ service answers. Each is compared with what was published, every stage of every 
 is compared up to the first of them and flown again, three times at most. The same with GPS time from a PPS line, over a flight of its own.
 Exit code: 0 everything compared is the same and every replay was whole; 1 something differs, or cannot be done; 3 frames were lost three times.
 """
+import json
 import os
 import re
 import shutil
@@ -92,6 +93,10 @@ class Sortie:
 
 def check(build, flight, work, name):
     sortie = Sortie(build, flight, work, name)
+    with open(os.path.join(sortie.work, "flown/service.json")) as file:
+        marks = json.load(file)["time"]["pps_marks"]
+    if name.endswith("pps") != (marks > 0):
+        fail(f"{name}: GPS time came from {marks} edges of PPS")
     for words, threads in OFFLINE:
         sortie.offline(words, threads)
     for number, (words, speed, options) in enumerate(LIVE):
