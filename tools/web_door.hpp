@@ -25,6 +25,8 @@ class WebDoor : public httplib::Server {
 
   explicit WebDoor(std::size_t threads);
   ~WebDoor() override;
+  /// After binding: the library lets only five connections wait to be accepted; more would be put off by a second each.
+  void queue_more() { (void)::listen(svr_sock_, SOMAXCONN); }
   /// After stop() and the end of listen_after_bind(): ends all threads and connections.
   void close();
 

@@ -127,6 +127,7 @@ Result<int> WebServer::start(int port) {
   s.set_routes();
   s.port = port == 0 ? s.server.bind_to_any_port("127.0.0.1") : s.server.bind_to_port("127.0.0.1", port) ? port : -1;
   if (s.port <= 0) return make_error(ErrorCode::kIo, "127.0.0.1:" + std::to_string(port), "cannot be served: is the port in use?");
+  s.server.queue_more();
   s.thread = std::thread([&s] { s.server.listen_after_bind(); });
   while (!s.server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // stop() before it runs would be lost
   return s.port;
