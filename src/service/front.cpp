@@ -71,8 +71,8 @@ ClockState Front::clocks() const {
   c.gps_source = gps().source();
   if (gps().valid()) {
     c.gps_offset = gps().offset();
-    c.gps_sigma = gps().sigma_at(newest_);
-    c.gps_age = gps().age_at(newest_);
+    c.gps_sigma = newest_.ns != 0 ? gps().sigma_at(newest_) : Duration{};
+    c.gps_age = newest_.ns != 0 ? gps().age_at(newest_) : Duration{};
     c.gps_drift_ppm = gps().drift_ppm();
     c.gps_drift_sigma_ppm = gps().drift_sigma_ppm();
   }

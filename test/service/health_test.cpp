@@ -100,6 +100,9 @@ TEST_F(Health, TellsHowOldTheMarksOfGpsTimeAreAndRaisesTheAlarmWhenTheyStop) {
   c.gps_source = GpsSource::kArrival;
   c.gps_sigma = Duration::from_ms(0.5);
   run(20);
+  EXPECT_FLOAT_EQ(maker_.message().gps_sigma_us, -1) << "no frame yet whose time it could be";
+  c.t = Time{1};
+  run(20);
   EXPECT_FLOAT_EQ(maker_.message().gps_sigma_us, 500);
   EXPECT_FLOAT_EQ(maker_.message().gps_age_s, -1) << "no mark";
   c.gps_source = GpsSource::kTimeMark;
