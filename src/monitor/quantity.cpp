@@ -18,7 +18,7 @@ constexpr Quantity kQuantities[] = {
     CYCLOPS_ALWAYS(frame_age_ms, "ms"),
     CYCLOPS_ALWAYS(measurement_age_ms, "ms"),
     CYCLOPS_ALWAYS(frames_lost_1s, ""),
-    {"time_source", "", [](const health_t& h) { return h.frames_received + h.frames_incomplete > 0 ? h.time_source : known(-1); }},
+    CYCLOPS_IF_KNOWN(time_source, ""),
     CYCLOPS_ALWAYS(time_sigma_us, "us"),
     CYCLOPS_ALWAYS(strobe_rate_hz, "Hz"),
     CYCLOPS_IF_KNOWN(strobe_age_s, "s"),

@@ -90,7 +90,7 @@ void HealthMaker::levels(std::int64_t now_ns) {
   out_.frames_received = static_cast<std::int64_t>(n_.camera.received);
   out_.frames_incomplete = static_cast<std::int64_t>(n_.camera.incomplete);
   out_.frames_lost = static_cast<std::int64_t>(lost_frames(n_));
-  out_.time_source = static_cast<std::int8_t>(f.time_source);
+  out_.time_source = c.frames > 0 ? static_cast<std::int8_t>(f.time_source) : std::int8_t{-1};
   out_.time_sigma_us = microseconds(f.t_mid_sigma);
   const ClockState& clocks = c.clocks;
   out_.strobe_age_s = clocks.camera_sigma.ns > 0 ? static_cast<float>(clocks.camera_age.seconds()) : -1.0F;

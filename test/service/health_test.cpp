@@ -158,6 +158,16 @@ TEST_F(Health, WithoutACameraItSaysSoFromTheStart) {
   EXPECT_EQ(h.alarm_line.rfind("camera is silent", 0), 0U) << h.alarm_line;
   EXPECT_GE(h.frame_age_ms, 380);
   EXPECT_FLOAT_EQ(h.frame_rate_share, -1);
+  EXPECT_EQ(h.time_source, -1);
+}
+
+TEST_F(Health, FramesThatStillWaitForTheirTimeAreNoAlarm) {
+  // GIVEN a camera that has begun, and no frame out of the chain: the lock needs four
+  s_.facts.time_source = TimeSource::kUnknown;
+  s_.camera_counts.received = 5;
+  frames_ = false;
+  s_.last_frame_host_ns = s_.last_published_ns = now_ + 200 * kMs;
+  EXPECT_FALSE(run(200));
 }
 
 TEST_F(Health, FramesThatComeWhileNothingGoesOutAreAnAlarm) {
