@@ -1,4 +1,4 @@
-// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_source.cpp src/capture/strobe_gpiod.cpp src/capture/strobe_socket.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
+// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_*.cpp src/capture/gpio_error.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
 // Any bytes as each file an operator can put in front of the service: a profile, a rig, a tanker model, a windscreen.
 // What is accepted must be fit for use: the model is projected through the camera and back.
 #include <cmath>
