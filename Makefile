@@ -244,7 +244,7 @@ install: all ## into DESTDIR/PREFIX
 	@install -m 755 $(PROGRAMS) $(DESTDIR)$(PREFIX)/bin
 	@cp -r config lcmtypes $(DESTDIR)$(PREFIX)/share/cyclops
 	@install -m 644 $(GEN)/cyclops-types.jar $(DESTDIR)$(PREFIX)/share/cyclops
-	@install -m 755 tools/spy.sh tools/report.py tools/event_log.py tools/export_mcap.py tools/export_aspn.py tools/lcm_schema.py $(DESTDIR)$(PREFIX)/share/cyclops
+	@install -m 755 tools/spy.sh tools/report.py tools/event_log.py $(DESTDIR)$(PREFIX)/share/cyclops
 	@install -m 644 README.md LICENSE CHANGELOG.md docs/*.md $(DESTDIR)$(PREFIX)/share/doc/cyclops
 layers: ## is the include direction of src/ true?
 	@test/layers.sh
