@@ -72,6 +72,7 @@ void try_flight(Folder& folder, std::size_t size, std::int64_t frames, const std
       for (int v = 0; v < frame.image.height; ++v) sum += frame.image.row8(v)[frame.image.width * bytes_per_pixel(frame.image.format) - 1];
   static volatile std::uint64_t keep;
   keep = sum;
+  (void)keep;
 }
 
 }  // namespace
