@@ -14,17 +14,24 @@ void must(bool good) {
   if (!good) std::abort();
 }
 
-void try_log(const std::string& path, std::size_t size) {
+/// How many events it has; -1 when it is no log.
+std::int64_t try_log(const std::string& path, std::size_t size) {
   auto read = record::EventLog::open(path), skim = record::EventLog::open(path);
   must(read.ok() && skim.ok());
   record::LogEvent a, b;
-  for (std::int64_t sum = 0;;) {
+  for (std::int64_t sum = 0, events = 0;; ++events) {
     std::uint32_t bytes = 0;
     const auto more = read->next(a), again = skim->skim(b, bytes);
     must(more.ok() == again.ok() || (more.ok() && *more) == false);
     must(a.data.capacity() <= 2 * size + 64);  // no memory on the word of a length
-    if (!more.ok()) return must(!more.error().what.empty());
-    if (!*more) return must(sum == static_cast<std::int64_t>(size));
+    if (!more.ok()) {
+      must(!more.error().what.empty());
+      return -1;
+    }
+    if (!*more) {
+      must(sum == static_cast<std::int64_t>(size));
+      return events;
+    }
     must(*again && a.offset == b.offset && a.channel == b.channel && bytes == a.data.size());
     sum += 28 + static_cast<std::int64_t>(a.channel.size() + a.data.size());
     must(sum <= static_cast<std::int64_t>(size));
@@ -80,15 +87,7 @@ void try_flight(Folder& folder, std::size_t size, std::int64_t frames, const std
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static fuzz::MemoryFile file("log");
   static Folder folder(file);
-  try_log(file.holding(data, size), size);
-  std::int64_t frames = 0;
-  auto log = record::EventLog::open(file.path());
-  record::LogEvent event;
-  for (std::uint32_t bytes = 0;; ++frames) {
-    const auto more = log->skim(event, bytes);
-    if (!more.ok()) frames = -1;
-    if (!more.ok() || !*more) break;
-  }
+  const std::int64_t frames = try_log(file.holding(data, size), size);
   if (frames > 0) try_flight(folder, size, frames, data, false);
   if (size > 0 && size < 600 && (data[0] == 'f' || data[0] == '[' || data[0] == '#')) try_flight(folder, size, 1, data, true);
   return 0;
