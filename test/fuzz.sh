@@ -27,7 +27,12 @@ done
 
 seeds() {  # seeds NAME FOLDER: what the target begins with
   case $1 in
-    config) cp config/*.toml "$2"; printf 'id,x,y,z,name,normals,sigma,enabled\n1,1,2,3,"a, b",0 0 1; 1 0 0,0.07,1\n' >"$2/tanker.csv" ;;
+    config) # the first character says what the rest is
+            for f in config/*.toml; do { if [ "$(basename "$f")" = alarms.toml ]; then printf 2; else printf 3; fi; cat "$f"; } >"$2/$(basename "$f")"; done
+            { printf 4; awk '/^### rig.toml/ {here = 1} here && /^```toml/ {on = 1; next} on && /^```/ {exit} on' docs/architecture.md |
+              sed "/^windscreen/d; s|^model = .*|model = \"$PWD/config/c12/tanker.csv\"|"; } >"$2/rig.toml"
+            printf '5id,x,y,z,name,normals,sigma,enabled\n1,1,2,3,"a, b",0 0 1; 1 0 0,0.07,1\n' >"$2/tanker.csv"
+            { printf '6CYCWIND1\2\0\0\0\2\0\0\0\0\0\0\0\0\0\360\77'; head -c 64 /dev/zero; } >"$2/windscreen.bin" ;;
     csv) printf 'frame,x_m,a\n# words\n0,1.5e3, 7 \n1,-2,0\n' >"$2/table.csv" ;;
     log) printf '\xED\xA1\xDA\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x07\0\0\0\x01\0\0\0\x02Sab' >"$2/event.lcm"
          printf 'format = "cyclops-flight-1"\nframes = 1\n[files]\n"messages.lcm" = 9\n"frames.lcm" = 9\n"rig.toml" = 0\n' >"$2/manifest.toml" ;;
