@@ -71,6 +71,8 @@ class Sortie:
             if code != LOST:
                 break
         self.add(row, code)
+        if code == SAME:
+            shutil.rmtree(os.path.dirname(other))
 
     def add(self, row, code):
         self.rows.append(row)
