@@ -50,6 +50,21 @@ TEST(NavCarry, GrowsAsStatedAndEndsInTime) {
   EXPECT_EQ(carry.at(at(1.01), none), nullptr);
 }
 
+TEST(NavCarry, OfANearThingItIsSureOnlyForAMomentUntilProven) {
+  NavConfig config;
+  config.carry_acceleration_mps2 = 0.4;
+  NavCarry carry(config);
+  const RelativeState none;
+  RelativeState near = state();  // a hand's length away: 1 % of the range is 6 mm, which 0.4 m/s2 makes in 0.17 s
+  near.T_r_k = {near.T_r_k.rotation(), Point<frame::R>(Vec3(0.6, 0, 0))};
+  near.velocity_r = near.rate_r = Vec3::Zero();
+  carry.at(at(0), near);
+  EXPECT_NE(carry.at(at(0.16), none), nullptr);
+  EXPECT_EQ(carry.at(at(0.19), none), nullptr);
+  carry.at(at(1), near);  // as foretold
+  EXPECT_NE(carry.at(at(1.5), none), nullptr);
+}
+
 TEST(NavCarry, IsOffWithZeroSeconds) {
   NavConfig config;
   config.carry_s = 0;
