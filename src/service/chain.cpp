@@ -155,11 +155,12 @@ void Chain::segment(FrameOutput& out) {
   int reach = 0;
   const bool by_prediction = profile_.align.enabled;
   if (by_prediction) {
+    const double most_px = aligner_.acquiring() ? kMaxImageSide : profile_.align.search_most_px;
     for (const Prediction& p : out.search.items) {
       if (p.visibility != Visibility::kVisible) continue;
       points_.push_back(p.uv_px);
       const double sigma = std::sqrt(std::max(p.cov_px2(0, 0), p.cov_px2(1, 1)));
-      reach = std::max(reach, static_cast<int>(std::lround(std::min(profile_.align.search_most_px, profile_.align.search_sigmas * sigma))));
+      reach = std::max(reach, static_cast<int>(std::lround(std::min(most_px, profile_.align.search_sigmas * sigma))));
     }
   } else {
     for (const Track& t : tracker_.tracks())
