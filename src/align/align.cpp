@@ -82,14 +82,21 @@ void Aligner::reset() {
   s_->scatter.assign(s_->scatter.size(), s_->config.corner_sigma_px * s_->config.corner_sigma_px);
   s_->scatter_frames.assign(s_->scatter_frames.size(), 0);
   s_->track.reset();
+  s_->anchor.reset();
   s_->common.reset();
 }
 
 bool Aligner::predict(Time t_mid, const RelativeState* nav, const RelativeState* carried) {
   s_->nav = {};
-  if (nav != nullptr && nav->valid) s_->nav = s_->prior_from(*nav);
+  if (nav != nullptr && nav->valid) {
+    s_->nav = s_->prior_from(*nav);
+    s_->nav_covariance_r = nav->covariance;
+  }
   s_->between = s_->nav;
-  if (!s_->nav.valid && carried != nullptr) s_->between = s_->prior_from(*carried);
+  if (!s_->nav.valid && carried != nullptr) {
+    s_->between = s_->prior_from(*carried);
+    s_->anchor.hold(*carried, s_->T_c_r.rotation().matrix(), s_->between);
+  }
   s_->track.predict(t_mid, s_->between);
   return s_->nav.valid || s_->track.prior().valid;
 }
@@ -137,6 +144,7 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
 }
 
 void Aligner::learn(const Alignment& alignment) {
+  if (s_->nav.valid) s_->anchor.set(s_->nav.T, s_->nav_covariance_r, alignment);
   s_->learn(alignment);
   s_->track.end_frame(s_->nav);
 }

@@ -8,6 +8,7 @@
 
 #include "align/acquire.hpp"
 #include "align/align.hpp"
+#include "align/anchor.hpp"
 #include "align/common_error.hpp"
 #include "align/pose_track.hpp"
 
@@ -48,7 +49,9 @@ struct Aligner::State {
   std::vector<Point<frame::K>> body;
 
   align::Prior nav;                    // of this frame
+  Mat6 nav_covariance_r{Mat6::Zero()}; // of the same, receiver axes
   align::Prior between;                // the same, or an earlier update carried on
+  align::Anchor anchor;
   align::PoseTrack track;
   align::CommonError common;
   align::Acquirer acquirer;
