@@ -188,6 +188,15 @@ LEARN_OUT ?= build/learnt.csv
 learn: $(B)/bin/cyclops-learn ## learn the tanker from flights (LEARN, LEARN_OUT) and try it on others (LEARN_TEST)
 	@$(B)/bin/cyclops-learn $(LEARN) --out $(LEARN_OUT) --strength $(LEARN_OUT:.csv=.json) --test $(LEARN_TEST) --figures $(LEARN_OUT:.csv=-test.json)
 
+REPLAY_FLIGHT ?= -
+.PHONY: replay-check mcap
+replay-check: all ## records a sortie and replays it at 1x, 20x, stepped and offline: everything must be what was published (REPLAY_FLIGHT=folder)
+	@/usr/bin/python3 test/replay_check.py $(B) $(REPLAY_FLIGHT)
+mcap: build/mcap/ready types ## the library for tools/export_mcap.py, from PyPI into build/mcap
+build/mcap/ready: tools/mcap.txt
+	@rm -rf build/mcap && /usr/bin/python3 -m venv --system-site-packages build/mcap
+	@build/mcap/bin/pip install --quiet --disable-pip-version-check -r $< && touch $@
+
 check: all $(B)/test/unit-tests $(B)/test/integration-tests ## every test; last line: N passed, N failed
 	@test/check.sh $(B)
 KILLS ?= 200
@@ -215,16 +224,20 @@ callgrind: $(B)/bin/bench ## instructions a pixel of the corner kernel (needs va
 asan: ## all tests and the whole pipeline under AddressSanitizer
 ubsan: ## the same under UndefinedBehaviorSanitizer
 tsan: ## the same under ThreadSanitizer
+# A sub-make compiles with all cores unless told otherwise.
+SUB_JOBS = $(if $(filter -j%,$(MAKEFLAGS)),,-j$(shell nproc))
 asan ubsan tsan:
-	@$(MAKE) --no-print-directory VARIANT=$@ sanitized
+	@$(MAKE) --no-print-directory $(SUB_JOBS) VARIANT=$@ sanitized
 .PHONY: sanitized
 sanitized: all $(B)/test/unit-tests $(B)/test/integration-tests
 	@test/sanitized.sh $(B) $(VARIANT)
 coverage: ## line coverage of src/ by the unit and integration tests
-	@$(MAKE) --no-print-directory VARIANT=coverage sanitized && test/coverage.sh
+	@$(MAKE) --no-print-directory $(SUB_JOBS) VARIANT=coverage sanitized && test/coverage.sh
 FUZZ_SECONDS ?= 30
-fuzz: $(TYPES_STAMP) ## every decoder and parser under libFuzzer, FUZZ_SECONDS each (needs make deps-extra)
-	@test/fuzz.sh $(FUZZ_SECONDS)
+FUZZ_RUNS ?=
+FUZZ_TARGETS ?=
+fuzz: $(TYPES_STAMP) ## every decoder and parser under libFuzzer, FUZZ_SECONDS or FUZZ_RUNS inputs each (needs make deps-extra); FUZZ_TARGETS="log csv"
+	@FUZZ_RUNS=$(FUZZ_RUNS) test/fuzz.sh $(FUZZ_SECONDS) $(FUZZ_TARGETS)
 
 # --- looking, installing -----------------------------------------------------------------------------------------
 spy: types ## lcm-spy with our types

@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
     const double v = std::strtod(s.c_str(), nullptr);
     return v == 0 || (v >= 0.1 && v <= 20) ? std::string() : "expected 0 or 0.1 to 20";
   });
+  app.add_flag("--answered", options.answered, "slower than --speed rather than ahead of the service's answers, so that no frame is lost in a queue");
   app.add_flag("--loop", options.loop, "begin anew at the end");
   app.add_flag("--paused", options.paused, "wait for play or step");
   app.add_option("--start", options.start_s, "begin so many seconds into the flight")->check(CLI::NonNegativeNumber);

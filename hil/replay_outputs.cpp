@@ -181,7 +181,7 @@ Result<> Replayer::State::frame(const record::LogEvent& e) {
     std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   ++handed;
-  if (speed <= 0) wait_answer();
+  if (speed <= 0 || options.answered) wait_answer();
   const std::lock_guard lock(control.mutex);
   if (control.steps > 0 && --control.steps == 0) control.paused = true;
   return Ok{};

@@ -4,7 +4,8 @@
 /// Time     an event of the flight is due at start + (its arrival - first arrival) / speed on CLOCK_MONOTONIC. Nothing is
 ///          skipped: what leaves later than `late_after` is counted and the largest lateness kept. The stamps inside the
 ///          messages stay those of the flight; after a seek or a loop all of them move on together, so that no clock goes back.
-/// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured.
+/// Speed    0.1 to 20; 0 is as fast as the service answers: at most `most_ahead` frames are sent that it has not measured. `answered`
+///          keeps to that at any other speed too, which then is the most, not a promise.
 /// GPIO     with `gpio_sim` the service reads its GPIO line as in the aircraft and lives on this host's clock, so only speed 1
 ///          will do; the instants of time marks are moved to that clock, and a pause is a step of GPS time.
 /// Camera   frames count from 1 at each start of acquisition, as a camera's do; gaps in the flight's numbers stay gaps. Those of
@@ -37,6 +38,7 @@ struct ReplayOptions {
   int gpio_strobe_line{17};
   int gpio_pps_line{-1};                   ///< pulsed at each time mark; -1: none
   int most_ahead{6};
+  bool answered{false};                    ///< never further ahead than that at any speed: nothing is lost in a queue, and late counts instead
   std::int64_t most_frames{0};             ///< stop after so many; 0: all
   double most_s{0};                        ///< stop after so many seconds of flight played; 0: all
   std::string faults;                      ///< script (hil/fault_script.hpp); empty: nothing goes wrong

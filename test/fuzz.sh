@@ -1,6 +1,6 @@
 #!/bin/bash
 # fuzz.sh SECONDS [NAME...]: builds test/fuzz/*_fuzz.cpp with clang, libFuzzer and the address and undefined-behaviour
-# sanitizers, runs each for SECONDS and prints how many inputs it saw. The first line of a target names the sources it needs,
+# sanitizers, runs each for SECONDS, or with FUZZ_RUNS=n in the environment for n inputs, and prints how many it saw. The first line of a target names the sources it needs,
 # files or folders. Inputs that found something new are kept in build/fuzz/corpus, a crash in build/fuzz/NAME-crash-*.
 set -u
 cd "$(dirname "$0")/.."
@@ -27,18 +27,25 @@ done
 
 seeds() {  # seeds NAME FOLDER: what the target begins with
   case $1 in
-    config) cp config/*.toml "$2"; printf 'id,x,y,z,name,normals,sigma,enabled\n1,1,2,3,"a, b",0 0 1; 1 0 0,0.07,1\n' >"$2/tanker.csv" ;;
+    config) # the first character says what the rest is
+            for f in config/*.toml; do { if [ "$(basename "$f")" = alarms.toml ]; then printf 2; else printf 3; fi; cat "$f"; } >"$2/$(basename "$f")"; done
+            { printf 4; awk '/^### rig.toml/ {here = 1} here && /^```toml/ {on = 1; next} on && /^```/ {exit} on' docs/architecture.md |
+              sed "/^windscreen/d; s|^model = .*|model = \"$PWD/config/c12/tanker.csv\"|"; } >"$2/rig.toml"
+            printf '5id,x,y,z,name,normals,sigma,enabled\n1,1,2,3,"a, b",0 0 1; 1 0 0,0.07,1\n' >"$2/tanker.csv"
+            { printf '6CYCWIND1\2\0\0\0\2\0\0\0\0\0\0\0\0\0\360\77'; head -c 64 /dev/zero; } >"$2/windscreen.bin" ;;
     csv) printf 'frame,x_m,a\n# words\n0,1.5e3, 7 \n1,-2,0\n' >"$2/table.csv" ;;
     log) printf '\xED\xA1\xDA\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x07\0\0\0\x01\0\0\0\x02Sab' >"$2/event.lcm"
          printf 'format = "cyclops-flight-1"\nframes = 1\n[files]\n"messages.lcm" = 9\n"frames.lcm" = 9\n"rig.toml" = 0\n' >"$2/manifest.toml" ;;
   esac
 }
+most="-max_total_time=$seconds"; [ -n "${FUZZ_RUNS:-}" ] && most="-runs=$FUZZ_RUNS"
 failed=0
 for t in "${targets[@]}"; do
   corpus=$b/corpus/$t; mkdir -p "$corpus" "$b/seeds/$t"; seeds "$t" "$b/seeds/$t"
-  if UBSAN_OPTIONS=print_stacktrace=1 "$b/bin/fuzz-$t" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=512 -print_final_stats=1 \
+  if UBSAN_OPTIONS=print_stacktrace=1 "$b/bin/fuzz-$t" "$most" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=512 -print_final_stats=1 \
       -artifact_prefix="$b/$t-" "$corpus" "$b/seeds/$t" >"$b/$t.log" 2>&1; then
-    printf '%-8s %10d runs, %5d inputs kept\n' "$t" "$(sed -n 's/^stat::number_of_executed_units: *//p' "$b/$t.log")" "$(ls "$corpus" | wc -l)"
+    stat() { sed -n "s/^stat::$1: *//p" "$b/$t.log"; }
+    printf '%-8s %10d runs, %7d a second, %5d inputs kept\n' "$t" "$(stat number_of_executed_units)" "$(stat average_exec_per_sec)" "$(ls "$corpus" | wc -l)"
   else
     failed=1; echo "$t: FAILED, whole report in $b/$t.log"; grep -m 12 -A 12 -E 'ERROR|runtime error|broken contract' "$b/$t.log"
   fi

@@ -26,6 +26,10 @@ bool Board::take(std::string_view name, const void* data, std::size_t size, std:
   if (name == channel::kHealth) {
     good = decoded(data, size, scratch_);
     if (good) on_health(now_ns);
+  } else if (name == channel::kClock) {
+    clock_state_t heard{};
+    good = decoded(data, size, heard);
+    if (good) clock_ = heard;
   } else if (name == channel::kEvent) {
     HeardEvent heard{now_ns, {}};
     good = decoded(data, size, heard.event);

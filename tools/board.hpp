@@ -11,6 +11,7 @@
 #include <optional>
 #include <string_view>
 
+#include <cyclops/clock_state_t.hpp>
 #include <cyclops/event_t.hpp>
 #include <cyclops/frame_index_t.hpp>
 #include <cyclops/health_t.hpp>
@@ -53,6 +54,7 @@ class Board {
   bool take(std::string_view channel, const void* data, std::size_t size, std::int64_t now_ns);
 
   [[nodiscard]] const std::optional<health_t>& health() const { return health_; }
+  [[nodiscard]] const std::optional<clock_state_t>& clock() const { return clock_; }   ///< newest CLOCK
   /// Seconds since the newest HEALTH, or since the first call of any kind when none has come.
   [[nodiscard]] double health_age_s(std::int64_t now_ns) const;
   [[nodiscard]] bool stale(std::int64_t now_ns) const { return !health_ || health_age_s(now_ns) > kStale_s; }
@@ -73,6 +75,7 @@ class Board {
 
   std::optional<health_t> health_;
   health_t scratch_{};
+  std::optional<clock_state_t> clock_;
   std::int64_t t_health_ns_{0};
   std::int64_t t_first_ns_{0};
   std::int64_t health_lost_{0};

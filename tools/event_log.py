@@ -1,4 +1,4 @@
-"""Reads an LCM event log with all its parts: events as (number, time_us, channel, payload). A cut last event ends its file."""
+"""Reads an LCM event log with all its parts: events as (number, time_us, channel, payload). A cut last event ends its file. Writes one."""
 import os
 import struct
 
@@ -35,3 +35,10 @@ def events_of_file(path):
             if len(payload) < size:
                 return
             yield number, time_us, channel.decode("ascii", "replace"), payload
+
+
+def write(path, events):
+    """Of (time_us, channel, payload), numbered from 0."""
+    with open(path, "wb") as file:
+        for number, (time_us, channel, payload) in enumerate(events):
+            file.write(struct.pack(">IqqII", SYNC, number, time_us, len(channel), len(payload)) + channel.encode() + payload)

@@ -16,7 +16,7 @@ Result<std::unique_ptr<Listener>> Listener::open(const std::string& url, Taker t
   lcm_t* lcm = lcm_create(url.empty() ? nullptr : url.c_str());
   if (lcm == nullptr) return make_error(ErrorCode::kIo, "lcm " + url, "cannot be opened: is the URL right, and is multicast routed?");
   std::unique_ptr<Listener> self(new Listener(lcm, std::move(taker)));
-  for (const char* name : {channel::kHealth, channel::kEvent, channel::kFrame, channel::kPrediction, channel::kTrack, channel::kMeasurement})
+  for (const char* name : {channel::kHealth, channel::kClock, channel::kEvent, channel::kFrame, channel::kPrediction, channel::kTrack, channel::kMeasurement})
     lcm_subscription_set_queue_capacity(lcm_subscribe(lcm, name, on_message, self.get()), 64);
   return self;
 }

@@ -20,7 +20,7 @@ sleep 8
 main=$(xdotool search --name '^LCM Spy$' | head -n 1)
 xdotool windowsize "$main" 760 270
 
-# Channels in alphabetical order: CORNER EVENT FRAME HEALTH LCM_SELF_TEST MEASUREMENT ...; N is the row, from 0.
+# Channels in alphabetical order: CLOCK CORNER EVENT FRAME HEALTH LCM_SELF_TEST MEASUREMENT ...; N is the row, from 0.
 open_row() {  # open_row N TITLE X Y WIDTH HEIGHT
   xdotool mousemove --window "$main" 60 $((top + $1 * row)) click --repeat 2 --delay 80 1
   for _ in 1 2 3 4 5 6 7 8 9 10; do
@@ -31,8 +31,8 @@ open_row() {  # open_row N TITLE X Y WIDTH HEIGHT
   [ -n "${w:-}" ] || { echo "spy_picture: no window for $2" >&2; return 1; }
   xdotool windowsize "$w" "$5" "$6" windowmove "$w" "$3" "$4"
 }
-open_row 3 HEALTH 765 0 715 900
-open_row 5 MEASUREMENT 0 275 760 625
+open_row 4 HEALTH 765 0 715 900
+open_row 6 MEASUREMENT 0 275 760 625
 sleep 6
 import -window root "$dir/all.png"
 convert "$dir/all.png" -colors 48 -strip -define png:compression-level=9 "$out"

@@ -12,6 +12,7 @@ constexpr double kFoot = 0.3048;
 constexpr int kLabel = 10;                 // columns of a row's name
 const char* const kStates[] = {"STARTING", "RUNNING", "NO CAMERA", "NO TSPI", "STOPPING"};
 const char* const kTimes[] = {"strobe", "camera clock", "arrival", "UNKNOWN"};
+const char* const kGpsSources[] = {"UNKNOWN", "arrival of TSPI", "marks"};
 const char* const kLevels[] = {"info", "WARNING", "FAULT", "recovery", "mark"};
 const char* const kReasons[] = {"ok", "none", "other", "hidden", "far", "lone"};
 
@@ -54,6 +55,7 @@ class Writer {
       const health_t& h = *board_.health();
       camera(h);
       time(h);
+      clock(h);
       tspi("TSPI rec", "tspi.receiver.", "tspi_receiver_silence_ms", h.tspi_receiver_silence_ms, h.tspi_receiver_age_ms, h.tspi_receiver_rate_hz);
       tspi("TSPI tan", "tspi.tanker.", "tspi_tanker_silence_ms", h.tspi_tanker_silence_ms, h.tspi_tanker_age_ms, h.tspi_tanker_rate_hz);
       link(h);
@@ -143,6 +145,22 @@ class Writer {
     count("edges lost", board_.counter("time.edges_lost"));
     count("spurious", board_.counter("time.edges_spurious"));
     value(printed("locks %lld", static_cast<long long>(board_.counter("time.locks"))));
+    end();
+  }
+
+  /// GPS time, then what is known of the two clocks' rates.
+  void clock(const health_t& h) {
+    begin("CLOCK");
+    const clock_state_t* c = board_.clock() ? &*board_.clock() : nullptr;
+    const bool marks = h.gps_age_s >= 0, known = h.gps_sigma_us >= 0;
+    value(printed("GPS by %s", kGpsSources[marks ? 2 : known ? 1 : 0]), nullptr, known ? Style::kPlain : Style::kWarning);
+    if (known) value(printed("sigma %.0f us", h.gps_sigma_us), "gps_sigma_us");
+    if (marks) value(printed("mark %s ago", span_of(h.gps_age_s).c_str()), "gps_age_s");
+    if (h.strobe_age_s >= 0) value(printed("edge %s ago", span_of(h.strobe_age_s).c_str()), "strobe_age_s");
+    if (c != nullptr && page_.columns >= 110) {
+      value(printed("drift %+.2f ppm", c->gps_drift_ppm));
+      value(printed("camera %+.2f ppm, scatter %.0f us", c->camera_drift_ppm, c->edge_scatter_us));
+    }
     end();
   }
 

@@ -38,7 +38,7 @@ json numbers_json(const health_t& h) {
   return {{"number", h.number}, {"state", h.state}, {"version", h.version}, {"profile", h.profile}, {"uptime_s", h.uptime_s}, {"frame_rate_hz", h.frame_rate_hz},
           {"frame_rate_share", h.frame_rate_share}, {"frame_age_ms", h.frame_age_ms}, {"measurement_age_ms", h.measurement_age_ms}, {"frames_received", h.frames_received}, {"frames_incomplete", h.frames_incomplete},
           {"frames_lost", h.frames_lost}, {"frames_lost_1s", h.frames_lost_1s}, {"time_source", h.time_source}, {"time_sigma_us", h.time_sigma_us},
-          {"strobe_rate_hz", h.strobe_rate_hz}, {"tspi_receiver_age_ms", h.tspi_receiver_age_ms}, {"tspi_tanker_age_ms", h.tspi_tanker_age_ms},
+          {"strobe_rate_hz", h.strobe_rate_hz}, {"strobe_age_s", h.strobe_age_s}, {"gps_sigma_us", h.gps_sigma_us}, {"gps_age_s", h.gps_age_s}, {"tspi_receiver_age_ms", h.tspi_receiver_age_ms}, {"tspi_tanker_age_ms", h.tspi_tanker_age_ms},
           {"tspi_receiver_silence_ms", h.tspi_receiver_silence_ms}, {"tspi_tanker_silence_ms", h.tspi_tanker_silence_ms}, {"tspi_receiver_rate_hz", h.tspi_receiver_rate_hz},
           {"tspi_tanker_rate_hz", h.tspi_tanker_rate_hz}, {"nav_contradicted", h.nav_contradicted != 0}, {"authenticated", h.authenticated != 0}, {"refused_1s", h.refused_1s},
           {"range_m", h.range_m}, {"closure_mps", h.closure_mps}, {"features_visible", h.features_visible}, {"features_matched", h.features_matched},
@@ -46,6 +46,13 @@ json numbers_json(const health_t& h) {
           {"residual_rms_px", h.residual_rms_px}, {"nis_mean", h.nis_mean}, {"integrity", h.integrity}, {"chain_us_p50", h.chain_us_p50}, {"chain_us_p99", h.chain_us_p99},
           {"latency_ms_p50", h.latency_ms_p50}, {"latency_ms_p99", h.latency_ms_p99}, {"latency_ms_max", h.latency_ms_max}, {"disk_left_min", h.disk_left_min},
           {"load", h.load}, {"temperature_c", h.temperature_c}, {"cpu_percent", h.cpu_percent}, {"memory_mb", h.memory_mb}, {"open_files", h.open_files}};
+}
+
+json clock_json(const clock_state_t& c) {
+  return {{"gps_source", c.gps_source}, {"gps_offset_ns", c.gps_offset_ns}, {"gps_drift_ppm", c.gps_drift_ppm}, {"gps_drift_sigma_ppm", c.gps_drift_sigma_ppm},
+          {"gps_sigma_us", c.gps_sigma_us}, {"gps_age_s", c.gps_age_s}, {"gps_marks", c.gps_marks}, {"gps_contradictions", c.gps_contradictions}, {"gps_relocks", c.gps_relocks},
+          {"pps_edges", c.pps_edges}, {"pps_missed", c.pps_missed}, {"pps_lost", c.pps_lost}, {"strobe_locked", c.strobe_locked != 0}, {"camera_drift_ppm", c.camera_drift_ppm},
+          {"camera_drift_sigma_ppm", c.camera_drift_sigma_ppm}, {"camera_sigma_us", c.camera_sigma_us}, {"camera_age_s", c.camera_age_s}, {"edge_scatter_us", c.edge_scatter_us}, {"lock_count", c.lock_count}};
 }
 
 json events_json(const Board& board, std::int64_t now_ns) {
@@ -63,6 +70,7 @@ std::string health_json(const Board& board, std::int64_t now_ns) {
   const health_t& h = *board.health();
   j["health"] = numbers_json(h);
   j["alarms"] = alarms_json(h);
+  if (board.clock()) j["clock"] = clock_json(*board.clock());
   json counters = json::object();
   for (const counter_t& c : h.counters) counters[c.name] = c.value;
   j["counters"] = std::move(counters);

@@ -8,7 +8,9 @@
 ///
 /// Refused  methods but GET and HEAD (405); a Host that is not this server, so that a foreign page whose name was made to
 ///          point here gets nothing (403); a foreign Origin (403); any other path (404). No file is ever opened for a request.
-/// Limits   most_viewers of /events (503 beyond); a reader that takes nothing for 2 s is cut off; requests without bodies.
+/// Limits   kMostViewers of /events and 4 readers of /history at a time (503 beyond); a reader that takes nothing for 2 s is cut off; one
+///          request a connection, without body. Whoever holds connections, or all these places, keeps nobody from the page and
+///          from /health, which a page without a place in /events asks instead (tools/web_door.hpp).
 /// Threads  its own; start and stop by one.
 #include <memory>
 

@@ -18,6 +18,7 @@ struct TomlAssertion : std::logic_error {
 #include <set>
 #include <sstream>
 
+#include "base/config_text.hpp"
 #include "base/file.hpp"
 
 namespace cyclops {
@@ -232,44 +233,10 @@ std::vector<ConfigTable> ConfigTable::tables(const char* key) {
   return out;
 }
 
-namespace {
-
-/// Non-ASCII characters in comments become '?'; the place of the first one that is neither in a comment nor in quotes, or the end. On
-/// those, toml++ 3.3 runs into undefined behaviour (a marker of unreachable code that is reached).
-std::size_t blank_comments(std::string& text) {
-  char quote = 0;
-  bool comment = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '\n') {
-      quote = 0;
-      comment = false;
-    } else if (static_cast<unsigned char>(c) >= 0x80) {
-      if (comment) text[i] = '?';
-      else if (quote == 0) return i;
-    } else if (!comment && quote != 0) {
-      if (c == '\\' && quote == '"' && i + 1 < text.size() && text[i + 1] != '\n') ++i;
-      else if (c == quote) quote = 0;
-    } else if (!comment) {
-      if (c == '"' || c == '\'') quote = c;
-      comment = c == '#';
-    }
-  }
-  return text.size();
-}
-
-}  // namespace
-
 Result<ConfigFile> ConfigFile::parse(const std::string& original, const std::string& name) {
-  std::string text = original;
-  if (const std::size_t at = blank_comments(text); at < text.size())
-    return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')),
-                      "holds a character that is not ASCII outside quotes and comments");
-  // TOML allows none of these anywhere, and toml++ ends the program on some of them.
-  const auto control = std::find_if(text.begin(), text.end(), [](unsigned char c) { return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7F; });
-  if (control != text.end())
-    return make_error(ErrorCode::kCorrupt, name + ":" + std::to_string(1 + std::count(text.begin(), control, '\n')),
-                      "holds a control character, code " + std::to_string(static_cast<int>(static_cast<unsigned char>(*control))));
+  const auto ascii = ascii_text(original, name);
+  if (!ascii.ok()) return ascii.error();
+  const std::string& text = *ascii;
   ConfigFile file;
   file.state_ = std::make_shared<State>();
   file.state_->name = name;

@@ -62,19 +62,20 @@ void Front::use_early() {
 
 std::optional<GpsTime> Front::gps_time(Time t) const {
   if (!gps().valid()) return std::nullopt;
-  return gps().to_gps(t);
+  return clock_at(t).to_gps(t);
 }
 
 ClockState Front::clocks() const {
   ClockState c;
   c.t = newest_;
-  c.gps_source = gps().source();
-  if (gps().valid()) {
-    c.gps_offset = gps().offset();
-    c.gps_sigma = gps().sigma_at(newest_);
-    c.gps_age = gps().age_at(newest_);
-    c.gps_drift_ppm = gps().drift_ppm();
-    c.gps_drift_sigma_ppm = gps().drift_sigma_ppm();
+  const GpsClock& clock = clock_at(newest_);
+  c.gps_source = clock.source();
+  if (clock.valid()) {
+    c.gps_offset = clock.offset();
+    c.gps_sigma = newest_.ns != 0 ? clock.sigma_at(newest_) : Duration{};
+    c.gps_age = newest_.ns != 0 ? clock.age_at(newest_) : Duration{};
+    c.gps_drift_ppm = clock.drift_ppm();
+    c.gps_drift_sigma_ppm = clock.drift_sigma_ppm();
   }
   const TickLine& line = stamper_.line();
   c.strobe_locked = stamper_.locked();
@@ -109,7 +110,7 @@ bool Front::pop(AlignedFrame& out) {
 
 std::size_t Front::waiting() const { return static_cast<std::size_t>(in_ - out_); }
 
-void Front::use(const TspiReport& report) { aligner_.push(state_from_report(report, gps().to_service(report.t_gps))); }
+void Front::use(const TspiReport& report) { aligner_.push(state_from_report(report, clock_at(report.t_gps).to_service(report.t_gps))); }
 
 void Front::move_stamped() {
   FrameInfo frame;

@@ -62,6 +62,10 @@ class Front {
   [[nodiscard]] const FrontCounters& counters() const { return counters_; }
 
  private:
+  /// With PPS: the rough clock up to a second after the first edge that made a mark, so that the way edges and frames interleave does
+  /// not decide which of the two a frame gets.
+  template <class Instant>
+  [[nodiscard]] const GpsClock& clock_at(Instant t) const { return by_pps_ && rough_.valid() && !gps_.rules(t) ? rough_ : gps(); }
   void use(const TspiReport& report);
   void use_early();
   void move_stamped();

@@ -90,8 +90,13 @@ void HealthMaker::levels(std::int64_t now_ns) {
   out_.frames_received = static_cast<std::int64_t>(n_.camera.received);
   out_.frames_incomplete = static_cast<std::int64_t>(n_.camera.incomplete);
   out_.frames_lost = static_cast<std::int64_t>(lost_frames(n_));
-  out_.time_source = static_cast<std::int8_t>(f.time_source);
+  out_.time_source = c.frames > 0 ? static_cast<std::int8_t>(f.time_source) : std::int8_t{-1};
   out_.time_sigma_us = microseconds(f.t_mid_sigma);
+  const ClockState& clocks = c.clocks;
+  out_.strobe_age_s = clocks.camera_sigma.ns > 0 ? static_cast<float>(clocks.camera_age.seconds()) : -1.0F;
+  const bool any = clocks.t.ns != 0;   // a frame: sigma and age are at its time
+  out_.gps_sigma_us = any && clocks.gps_source != GpsSource::kNone ? microseconds(clocks.gps_sigma) : -1.0F;
+  out_.gps_age_s = any && clocks.gps_source == GpsSource::kTimeMark ? static_cast<float>(clocks.gps_age.seconds()) : -1.0F;
   out_.tspi_receiver_age_ms = c.has_tspi[0] ? milliseconds(f.t_mid - c.newest_tspi[0]) : -1.0F;
   out_.tspi_tanker_age_ms = c.has_tspi[1] ? milliseconds(f.t_mid - c.newest_tspi[1]) : -1.0F;
   out_.tspi_receiver_silence_ms = since(c.tspi_arrival[0].ns);

@@ -8,8 +8,6 @@ namespace cyclops {
 namespace {
 
 constexpr int kBesideInARow = 5;
-constexpr int kLateInARow = 4;
-constexpr double kLate = 0.7;                 // later than usual by this part of a period
 constexpr double kQuiet = 0.3;                // spread of arrival - tick, part of the period
 constexpr std::int64_t kStartReaches = 500;   // periods over which the number of the first frame can be extrapolated
 
@@ -39,11 +37,16 @@ bool FrameStamper::may_wait() {
 bool FrameStamper::follow() {
   const Entry f = waiting_.front();
   if (f.number == 0) { give_up_front(); return true; }
-  if (const auto cause = contradiction(f)) { unlock(*cause); return true; }
-  if (late_in_a_row_ >= kLateInARow) { unlock(LockLoss::kLateArrival); return true; }
+  if (const auto cause = contradiction(f, last_frame_)) { unlock(*cause); return true; }
   const Search found = find_edge(f);
   if (!found.edge && !found.complete && may_wait()) return false;
   if (found.edge && !counts_agree(f, *found.edge)) { unlock(LockLoss::kCount); return true; }
+  switch (arrivals_say()) {
+    case Proof::kRight: break;
+    case Proof::kWrong: unlock(LockLoss::kLateArrival); return true;
+    case Proof::kLater: if (!flushing_) return false; [[fallthrough]];
+    case Proof::kNever: without_proof(f, found); return true;
+  }
   if (!found.edge) return without_edge(f, found);
   pass_edges(found, *found.edge);
   waiting_.pop_front();
@@ -52,10 +55,10 @@ bool FrameStamper::follow() {
   return true;
 }
 
-std::optional<LockLoss> FrameStamper::contradiction(const Entry& f) const {
-  if (f.number <= last_frame_.number) return LockLoss::kNumberBack;
-  const double steps = static_cast<double>(f.number - last_frame_.number);
-  const double off = static_cast<double>(f.info.camera_tick_ns - last_frame_.tick_ns) - steps * period_ns_;
+std::optional<LockLoss> FrameStamper::contradiction(const Entry& f, const Pair& before) const {
+  if (f.number <= before.number) return LockLoss::kNumberBack;
+  const double steps = static_cast<double>(f.number - before.number);
+  const double off = static_cast<double>(f.info.camera_tick_ns - before.tick_ns) - steps * period_ns_;
   if (std::abs(off) > 2 * static_cast<double>(config_.residual_max.ns) + 1e-3 * steps * period_ns_) return LockLoss::kTickStep;
   const Time exposed = line_.at(f.info.camera_tick_ns) - config_.edge_delay + f.info.exposure;
   if (f.info.t_arrival.ns != 0 && f.info.t_arrival < exposed - config_.arrival_slack) return LockLoss::kEarlyArrival;
@@ -175,7 +178,7 @@ void FrameStamper::lock(const LockCandidate& chosen, std::span<const LockFrame> 
   locked_ = true;
   start_known_ = false;
   doubt_.reset();
-  beside_in_a_row_ = late_in_a_row_ = 0;
+  beside_in_a_row_ = 0;
   period_ns_ = static_cast<double>(period.ns);
   last_frame_ = {frames.front().number - 1, frames.front().tick_ns - period.ns, {}};
   ++counters_.lock_count;
@@ -210,19 +213,6 @@ void FrameStamper::confirm(const Entry& f, Time edge) {
   beside_in_a_row_ = 0;
 }
 
-// A wrong number that edges and camera clock both agree on (the camera left out an id just when its clock jumped by a period)
-// shows in the arrivals alone: several in a row, evenly late by about a period. A stalled host is late unevenly.
-void FrameStamper::note_arrival(const Entry& f, Time edge) {
-  if (f.info.t_arrival.ns == 0) return;
-  const double transport = static_cast<double>((f.info.t_arrival - (edge - config_.edge_delay) - f.info.exposure).ns);
-  if (transport <= static_cast<double>(config_.transport_max.ns))
-    transport_ns_ = transport_ns_ ? *transport_ns_ + (transport - *transport_ns_) / 16 : transport;
-  const bool late = transport_ns_ && transport > *transport_ns_ + kLate * period_ns_;
-  const bool even = late_in_a_row_ > 0 && std::abs(transport - late_ns_) <= kQuiet * period_ns_;
-  if (!even) late_ns_ = transport;
-  late_in_a_row_ = !late ? 0 : even ? late_in_a_row_ + 1 : 1;
-}
-
 // Scatter that was seen, and the constant that cannot be seen.
 Duration FrameStamper::with_scatter(Duration sigma) const {
   return {std::llround(std::hypot(static_cast<double>(config_.delay_sigma.ns), line_.rms_ns(), static_cast<double>(sigma.ns)))};
@@ -252,15 +242,15 @@ void FrameStamper::give_up_front() {
     start_refused_ = start_known_ = false;
   }
   if (f.number != 0) last_frame_.number = f.number;
-  emit_arrival(f);
+  emit_arrival(f, {});
 }
 
-void FrameStamper::emit_arrival(const Entry& f) {
+void FrameStamper::emit_arrival(const Entry& f, Duration least_sigma) {
   if (f.info.t_arrival.ns == 0) return emit(f, Time{}, Duration{}, TimeSource::kUnknown);
   const double half = static_cast<double>(config_.transport_max.ns) / 2;
   const Duration transport{std::llround(transport_ns_.value_or(half))};
   const double doubt = doubt_ || start_refused_ ? period_ns_ : transport_ns_ ? 0 : half;
-  const Duration sigma{std::max<std::int64_t>(config_.arrival_sigma.ns, std::llround(doubt))};
+  const Duration sigma = std::max({config_.arrival_sigma, least_sigma, Duration{std::llround(doubt)}});
   const Time t_mid = f.info.t_arrival - transport - f.info.exposure / 2;
   emit(f, std::max(t_mid, last_t_mid_ + Duration{1}), sigma, TimeSource::kArrival);
 }

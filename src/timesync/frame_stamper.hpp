@@ -59,7 +59,7 @@ enum class LockLoss : std::uint8_t {
   kTickStep,       ///< camera number and camera clock disagree
   kCount,          ///< edges counted and frames counted disagree
   kEarlyArrival,   ///< a frame was here before its exposure had ended
-  kLateArrival,    ///< four frames in a row evenly late by a period
+  kLateArrival,    ///< four frames in a row evenly late by a period, or late for longer than can be waited
   kResidual,       ///< five edges in a row beside the line
   kHoldover,       ///< no edge for too long
   kNumberOf,
@@ -80,6 +80,7 @@ struct StampCounters {
   std::uint64_t no_edge_waited{0};      ///< frames without edge: none came in the time allowed
   std::uint64_t no_edge_beside{0};      ///< frames without edge: there was one, off the line
   std::uint64_t starved{0};             ///< times that waiting for an edge was given up
+  std::uint64_t unproven{0};            ///< late, and the acquisition ended or broke off before a frame in time proved the number
   std::uint64_t unnumbered{0};          ///< frames without number or tick (lost leader, stale id)
   std::uint64_t refused_frames{0};      ///< not taken: the caller does not pop
   std::uint64_t edges{0};               ///< edges in
@@ -125,6 +126,7 @@ class FrameStamper {
     std::uint64_t next{0};             // first edge after this frame's
     bool complete{false};              // a later edge has been seen: nothing more can come for this frame
   };
+  enum class Proof : std::uint8_t { kRight, kWrong, kLater, kNever };   // of the first waiting frame's number; kLater: another frame is needed
   static constexpr std::size_t kReady = 64;
 
   // intake
@@ -137,12 +139,16 @@ class FrameStamper {
   bool acquire();
   [[nodiscard]] bool may_wait();
   // following
-  [[nodiscard]] std::optional<LockLoss> contradiction(const Entry& f) const;
+  [[nodiscard]] std::optional<LockLoss> contradiction(const Entry& f, const Pair& before) const;
   [[nodiscard]] bool counts_agree(const Entry& f, Time edge) const;
   [[nodiscard]] Search find_edge(const Entry& f) const;
   [[nodiscard]] Duration tolerance(const Entry& f) const;
   void pass_edges(const Search& search, Time expected);
   bool without_edge(const Entry& f, const Search& search);
+  [[nodiscard]] double transport_of(const Entry& f, Time edge) const;
+  [[nodiscard]] bool late(double transport_ns) const;
+  [[nodiscard]] Proof arrivals_say() const;
+  void without_proof(const Entry& f, const Search& search);
   // locking
   [[nodiscard]] std::size_t gather(std::array<LockFrame, kMaxLockFrames>& frames) const;
   const LockCandidate* choose(const LockCandidates& found, std::span<const LockFrame> frames, Duration period);
@@ -154,7 +160,7 @@ class FrameStamper {
   void note_arrival(const Entry& f, Time edge);
   void emit_edge(const Entry& f, Time edge);
   void emit_tick(const Entry& f, Duration least_sigma);
-  void emit_arrival(const Entry& f);
+  void emit_arrival(const Entry& f, Duration least_sigma);
   void emit(Entry f, Time t_mid, Duration sigma, TimeSource source);
   [[nodiscard]] LockGates gates() const;
   [[nodiscard]] Time mid(const Entry& f, Time edge) const;
@@ -174,8 +180,6 @@ class FrameStamper {
   Pair last_frame_{};                   // last numbered frame out while locked
   Pair last_pair_{};                    // last confirmed pair
   int beside_in_a_row_{0};
-  int late_in_a_row_{0};
-  double late_ns_{0};                   // transport of the first of them
   std::optional<Duration> doubt_;       // edge - tick when late frames dropped the lock: only this, or a restart, locks again
   std::uint64_t last_number_{0};        // intake, unwrapped
   std::uint64_t last_id_{0};

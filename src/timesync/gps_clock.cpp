@@ -94,7 +94,11 @@ void GpsClock::lock(const TimeMark& mark) {
 bool GpsClock::on_mark(const TimeMark& mark) {
   ++counters_.marks;
   if (mark.sigma.ns <= 0) { ++counters_.refused; return false; }
-  if (source_ != GpsSource::kTimeMark) { lock(mark); return true; }
+  if (source_ != GpsSource::kTimeMark) {
+    first_ = mark;
+    lock(mark);
+    return true;
+  }
   if (agrees(mark)) { follow(mark); return false; }
   ++counters_.contradictions;
   const Duration offset{mark.t.ns - mark.t_gps.ns}, off = off_by(mark);

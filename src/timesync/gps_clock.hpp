@@ -60,6 +60,9 @@ class GpsClock {
 
   [[nodiscard]] GpsSource source() const { return source_; }
   [[nodiscard]] bool valid() const { return source_ != GpsSource::kNone; }
+  /// Do marks rule this time? From `mark_delay` after the first one on, whatever has come meanwhile.
+  [[nodiscard]] bool rules(Time t) const { return source_ == GpsSource::kTimeMark && t >= first_.t + config_.mark_delay; }
+  [[nodiscard]] bool rules(GpsTime t) const { return source_ == GpsSource::kTimeMark && t.ns >= first_.t_gps.ns + config_.mark_delay.ns; }
   // All below need valid().
   /// Inverses of each other within a nanosecond, but for times within the drift of a second of where a mark begins to rule.
   [[nodiscard]] Time to_service(GpsTime t) const;
@@ -86,6 +89,7 @@ class GpsClock {
   GpsClockConfig config_;
   GpsClockCounters counters_;
   GpsSource source_{GpsSource::kNone};
+  TimeMark first_{};
   ClockFilter line_;                     // x GPS time, y service
   Ring<Ruling, 8> history_{};
   Duration rival_{};                     // offset of the first contradiction in a row

@@ -51,7 +51,24 @@ TEST(Config, OtherCharactersThanAsciiStandInQuotesAndCommentsOnly) {
   EXPECT_EQ(a, "Fl\xC3\xBCge # \xC2\xB5");
   const auto outside = ConfigFile::parse("a = 1\n\xC2\xB5 = 2\n", "a.toml");
   ASSERT_FALSE(outside.ok());
-  EXPECT_EQ(outside.error().message(), "a.toml:2: holds a character that is not ASCII outside quotes and comments");
+  EXPECT_EQ(outside.error().message(), "a.toml:2: holds a character that is not ASCII outside \"quotes\" and comments");
+}
+
+TEST(Config, CharactersThatAreNotAsciiNeverReachTheParser) {
+  // GIVEN what looks like a string and is none for the parser, whose search for the end of a number runs into undefined behaviour there
+  const auto number = ConfigFile::parse("format = 0\"flight\xEF\xBB\xBB\nframes = 0\n", "a.toml");
+  ASSERT_FALSE(number.ok());
+  EXPECT_EQ(number.error().where, "a.toml:1");
+  for (const char* text : {"a = 'literal \xC2\xB5'\n", "a = \"\xFF\"\n", "a = \"\xC2\"\n", "a = \"\xED\xA0\x80\"\n", "a = \"\xC0\x80\"\n", "a = \"\\\xC2\xB5\"\n", "a = \"\xC2"}) {
+    const auto file = ConfigFile::parse(text, "a.toml");
+    ASSERT_FALSE(file.ok()) << text;
+    EXPECT_EQ(file.error().where, "a.toml:1") << text;
+  }
+  auto file = ConfigFile::parse("a = \"\\\"\xE2\x82\xAC\\\\\xF0\x9F\x9B\xA9\"\n", "a.toml");
+  ASSERT_TRUE(file.ok()) << file.error().message();
+  std::string a;
+  file->root().read("a", a);
+  EXPECT_EQ(a, "\"\xE2\x82\xAC\\\xF0\x9F\x9B\xA9");
 }
 
 TEST(Config, RefusesATableNameThatIsNone) {

@@ -1,5 +1,5 @@
-// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_source.cpp src/capture/strobe_gpiod.cpp src/capture/strobe_socket.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
-// Any bytes as each file an operator can put in front of the service: a profile, a rig, a tanker model, a windscreen.
+// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_*.cpp src/capture/gpio_error.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
+// Any bytes as a file an operator can put in front of the service: the first byte says which, the rest is the file.
 // What is accepted must be fit for use: the model is projected through the camera and back.
 #include <cmath>
 
@@ -29,6 +29,12 @@ void use(const TankerModel& model, const Camera& camera) {
   }
 }
 
+void try_limits(const std::string& text) {
+  const auto limits = Limits::parse(text, "alarms");
+  if (!limits.ok()) return must(!limits.error().message().empty());
+  for (const Limit& limit : limits->items) must(limit.quantity != nullptr && !limit.name.empty() && (limit.above ? limit.clear <= limit.limit : limit.clear >= limit.limit));
+}
+
 void try_windscreen(const std::string& path) {
   const auto screen = Windscreen::load(path);
   if (!screen.ok()) return must(!screen.error().what.empty());
@@ -53,17 +59,22 @@ void try_rig(const std::string& path) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
   static fuzz::MemoryFile file("config");
-  const std::string text(reinterpret_cast<const char*>(data), size);
+  const std::string text(reinterpret_cast<const char*>(data + 1), size - 1);
   // A rig may name any file of the machine: here only a tanker that is there, so that devices are left alone.
   if (text.find("/dev") != std::string::npos || text.find("..") != std::string::npos) return 0;
-  const std::string& path = file.holding(data, size);
-  if (const auto profile = Profile::load(path); profile.ok()) must(profile->nav.validated().ok());
-  if (const auto limits = Limits::parse(text, "alarms"); limits.ok())
-    for (const Limit& limit : limits->items) must(limit.quantity != nullptr && !limit.name.empty() && (limit.above ? limit.clear <= limit.limit : limit.clear >= limit.limit));
-  try_rig(path);
-  try_windscreen(path);
-  const auto model = TankerModel::parse(text, "tanker", 0.0254, {190, 0, 95});
-  if (model.ok()) use(*model, Camera({}, {}));
+  const std::string& path = file.holding(data + 1, size - 1);
+  switch (data[0] % 5) {
+    case 0: try_limits(text); break;
+    case 1:
+      if (const auto profile = Profile::load(path); profile.ok()) must(profile->nav.validated().ok());
+      break;
+    case 2: try_rig(path); break;
+    case 3:
+      if (const auto model = TankerModel::parse(text, "tanker", 0.0254, {190, 0, 95}); model.ok()) use(*model, Camera({}, {}));
+      break;
+    default: try_windscreen(path);
+  }
   return 0;
 }

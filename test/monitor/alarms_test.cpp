@@ -121,6 +121,24 @@ TEST(Alarms, NoneOfTheShippedLimitsIsPassedWhenAllIsWell) {
   for (int i = 0; i < 1000; ++i) EXPECT_TRUE(alarms.step(quiet(), Time{} + kStep * i).empty());
 }
 
+TEST(Alarms, HoldoverIsOneByItsAgeAndByItsSigma) {
+  const std::tuple<const char*, float health_t::*, float, float> causes[] = {
+      {"gps.holdover", &health_t::gps_age_s, 4.9F, 5.1F}, {"gps.sigma", &health_t::gps_sigma_us, 900, 1100}, {"time.holdover", &health_t::strobe_age_s, 59, 61}};
+  for (const auto& [name, field, good, bad] : causes) {
+    Alarms alarms(Limits::built_in());
+    health_t h = quiet();
+    for (const float v : {-1.0F, good}) {   // unknown, then within
+      h.*field = v;
+      for (int i = 0; i < 20; ++i) EXPECT_TRUE(alarms.step(h, Time{} + kStep * i).empty()) << name;
+    }
+    h.*field = bad;
+    std::string said;
+    for (int i = 20; i < 40; ++i)
+      for (const AlarmChange& c : alarms.step(h, Time{} + kStep * i)) said += c.limit->name;
+    EXPECT_EQ(said, name);
+  }
+}
+
 struct Cause {
   const char* alarm;
   void (*happens)(health_t&, double ms);   ///< since the cause

@@ -47,6 +47,28 @@ TEST_F(FrontClocks, EdgesOfPpsAreNumberedByTheArrivalOfTspiAndThenGiveGpsTime) {
   EXPECT_EQ(front->pps().marks, 19U) << "the first edge has none before it";
 }
 
+TEST_F(FrontClocks, WhatATimeMapsToDoesNotDependOnWhetherTheEdgeOfPpsCameBeforeOrAfterTheFrame) {
+  // GIVEN edges of PPS that come at once, and the same that come 0.3 s late
+  std::vector<std::int64_t> mapped[2];
+  for (int late = 0; late < 2; ++late) {
+    make(true);
+    std::vector<PpsEdge> edges;
+    for (int ms = 0; ms < 6000; ms += 20) {
+      if (ms % 1000 == 0) edges.push_back({{kService + Duration::from_ms(ms) + Duration{700}, -1, true}});
+      if (!edges.empty() && (late == 0 || ms % 1000 == 300)) {
+        front->push(edges.back());
+        edges.clear();
+      }
+      if (ms == 0) front->push(TimeMark{kService, kGps, Duration{1000}});
+      mapped[late].push_back(front->gps_time(kService + Duration::from_ms(ms))->ns);
+    }
+    EXPECT_EQ(front->gps().source(), GpsSource::kTimeMark);
+    EXPECT_GT(front->pps().marks, 3U);
+  }
+  EXPECT_EQ(mapped[0], mapped[1]);
+  EXPECT_NE(mapped[0].front() - kGps.ns, mapped[0].back() - kGps.ns - 5'980'000'000) << "the edges are 700 ns late, the mark is not";
+}
+
 TEST_F(FrontClocks, WithoutPpsTheNextBestServes) {
   make(true);
   fly(0, 5, false);

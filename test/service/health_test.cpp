@@ -91,6 +91,32 @@ TEST_F(Health, ASilenceIsAnEventAndInTheNextHealthWithin200Milliseconds) {
   EXPECT_EQ(events(), std::vector<std::string>{"-tspi.tanker.silent"});
 }
 
+TEST_F(Health, TellsHowOldTheMarksOfGpsTimeAreAndRaisesTheAlarmWhenTheyStop) {
+  run(2000);
+  EXPECT_FLOAT_EQ(maker_.message().gps_sigma_us, -1);
+  EXPECT_FLOAT_EQ(maker_.message().gps_age_s, -1);
+  EXPECT_FLOAT_EQ(maker_.message().strobe_age_s, -1);
+  ClockState& c = s_.chain_counts.clocks;
+  c.gps_source = GpsSource::kArrival;
+  c.gps_sigma = Duration::from_ms(0.5);
+  run(20);
+  EXPECT_FLOAT_EQ(maker_.message().gps_sigma_us, -1) << "no frame yet whose time it could be";
+  c.t = Time{1};
+  run(20);
+  EXPECT_FLOAT_EQ(maker_.message().gps_sigma_us, 500);
+  EXPECT_FLOAT_EQ(maker_.message().gps_age_s, -1) << "no mark";
+  c.gps_source = GpsSource::kTimeMark;
+  c.gps_age = Duration::from_seconds(1);
+  c.camera_sigma = Duration{1000};
+  c.camera_age = Duration::from_ms(30);
+  EXPECT_FALSE(run(200));
+  EXPECT_FLOAT_EQ(maker_.message().gps_age_s, 1);
+  EXPECT_FLOAT_EQ(maker_.message().strobe_age_s, 0.03F);
+  c.gps_age = Duration::from_seconds(6);
+  EXPECT_TRUE(run(40));
+  EXPECT_EQ(events(), std::vector<std::string>{"+gps.holdover"});
+}
+
 TEST_F(Health, ALostFrameIsAnAlarmAtOnceAndForASecondAfterwards) {
   run(2000);
   ++s_.camera_counts.lost_gap;
@@ -132,6 +158,16 @@ TEST_F(Health, WithoutACameraItSaysSoFromTheStart) {
   EXPECT_EQ(h.alarm_line.rfind("camera is silent", 0), 0U) << h.alarm_line;
   EXPECT_GE(h.frame_age_ms, 380);
   EXPECT_FLOAT_EQ(h.frame_rate_share, -1);
+  EXPECT_EQ(h.time_source, -1);
+}
+
+TEST_F(Health, FramesThatStillWaitForTheirTimeAreNoAlarm) {
+  // GIVEN a camera that has begun, and no frame out of the chain: the lock needs four
+  s_.facts.time_source = TimeSource::kUnknown;
+  s_.camera_counts.received = 5;
+  frames_ = false;
+  s_.last_frame_host_ns = s_.last_published_ns = now_ + 200 * kMs;
+  EXPECT_FALSE(run(200));
 }
 
 TEST_F(Health, FramesThatComeWhileNothingGoesOutAreAnAlarm) {

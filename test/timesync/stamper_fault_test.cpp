@@ -156,12 +156,54 @@ TEST_F(StamperFault, FramesEvenlyLateByAPeriodDropTheLockUntilTheyComeInTimeAgai
   make();
   delay_arrivals(40, 70, setup.period);
   go();
-  expect_strobe(0, 44);
-  for (std::size_t i = 44; i < 70; ++i) EXPECT_EQ(source(i), TimeSource::kArrival) << i;
+  expect_strobe(0, 40);
+  for (std::size_t i = 40; i < 70; ++i) EXPECT_EQ(source(i), TimeSource::kArrival) << i;
   EXPECT_GE(out[50].info.t_mid_sigma.ns, setup.period.ns - 10'000);
   EXPECT_EQ(losses(LockLoss::kLateArrival), 1U);
   EXPECT_GT(stamper->counters().doubtful, 0U);
   expect_strobe(71, 100);
+}
+
+TEST_F(StamperFault, AnIdLeftOutWhileTheCameraClockJumpsBackByAPeriodIsNeverBelieved) {
+  // GIVEN exposure 50 with an edge and without a frame, and ids and clock that go on as if it had not been
+  make();
+  for (std::size_t i = 52; i < run.frames.size(); ++i) {
+    --run.frames[i].frame.camera_frame_id;
+    run.frames[i].frame.camera_tick_ns -= setup.period.ns;
+  }
+  run.frames.erase(run.frames.begin() + 51);
+  run.truth.erase(run.truth.begin() + 50);
+  for (std::size_t i = 1; i < run.frames.size(); ++i) run.frames[i].token = i - 1;
+  // WHEN edges, numbers and ticks agree on the exposure before
+  go();
+  // THEN the arrivals, late by a period, keep the strobe's name off every wrong time
+  expect_strobe(0, 50);
+  for (std::size_t i = 50; i < out.size(); ++i) {
+    EXPECT_EQ(source(i), TimeSource::kArrival) << i;
+    EXPECT_LE(std::llabs(error_ns(i)), out[i].info.t_mid_sigma.ns) << i;
+  }
+  EXPECT_EQ(losses(LockLoss::kLateArrival), 1U);
+}
+
+TEST_F(StamperFault, LateFramesWaitForOneInTimeAndThenKeepTheirEdges) {
+  make();
+  delay_arrivals(40, 42, setup.period + setup.period / 8);
+  delay_arrivals(60, 63, setup.period);   // evenly late, but not four of them
+  go();
+  expect_strobe(0, 100);
+  EXPECT_EQ(stamper->counters().lock_count, 1U);
+}
+
+TEST_F(StamperFault, LateFramesWithNoneAfterThemSayHowFarTheyMayBeOff) {
+  make();
+  delay_arrivals(98, 100, setup.period + setup.period / 8);
+  go();
+  expect_strobe(0, 98);
+  for (std::size_t i = 98; i < 100; ++i) {
+    EXPECT_EQ(source(i), TimeSource::kArrival);
+    EXPECT_LE(std::llabs(error_ns(i)), out[i].info.t_mid_sigma.ns + 500'000);
+  }
+  EXPECT_EQ(stamper->counters().unproven, 2U);
 }
 
 TEST_F(StamperFault, AFrameBeforeTheEndOfItsExposureDropsTheLock) {

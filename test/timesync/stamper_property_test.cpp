@@ -70,7 +70,7 @@ ExposureSetup brutal_setup(Random& random) {
 }
 
 struct Tally {
-  std::uint64_t frames{0}, by_source[4]{}, wrong{0}, patterns_wrong{0}, tick_beyond_sigma{0};
+  std::uint64_t frames{0}, by_source[4]{}, wrong{0}, patterns_wrong{0}, tick_beyond_sigma{0}, unproven{0}, late_losses{0};
   int longest{0};                       // wrong strobe times one after the other
   std::int64_t worst_right_ns{0};
 
@@ -94,22 +94,27 @@ struct Tally {
   [[nodiscard]] double percent(TimeSource s) const { return 100.0 * static_cast<double>(by_source[static_cast<int>(s)]) / static_cast<double>(frames); }
 };
 
+void run_pattern(int n, ExposureSetup (*draw)(Random&), Tally& all) {
+  Random random(static_cast<std::uint64_t>(n) + 1);
+  const ExposureSetup setup = draw(random);
+  const test::ExposureRun run = test::simulate(setup, random);
+  FrameStamper stamper(test::stamper_config(setup));
+  const auto out = test::feed(stamper, test::interleave(run, setup.period * 2, setup.period, random));
+  ASSERT_EQ(out.size(), run.truth.size()) << "pattern " << n;
+  for (std::size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i].token, i) << "pattern " << n;
+  const std::uint64_t before = all.patterns_wrong;
+  all.add(out, run);
+  all.unproven += stamper.counters().unproven;
+  all.late_losses += stamper.counters().lock_loss[static_cast<std::size_t>(LockLoss::kLateArrival)];
+  if (all.patterns_wrong != before) std::printf("pattern %d has wrong strobe times, longest row so far %d\n", n, all.longest);
+}
+
 void run_patterns(ExposureSetup (*draw)(Random&), Tally& all) {
-  for (int n = 0; n < patterns() / 2; ++n) {
-    Random random(static_cast<std::uint64_t>(n) + 1);
-    const ExposureSetup setup = draw(random);
-    const test::ExposureRun run = test::simulate(setup, random);
-    FrameStamper stamper(test::stamper_config(setup));
-    const auto out = test::feed(stamper, test::interleave(run, setup.period * 2, setup.period, random));
-    ASSERT_EQ(out.size(), run.truth.size()) << "pattern " << n;
-    for (std::size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i].token, i) << "pattern " << n;
-    const std::uint64_t before = all.patterns_wrong;
-    all.add(out, run);
-    if (all.patterns_wrong != before) std::printf("pattern %d has wrong strobe times, longest row so far %d\n", n, all.longest);
-  }
-  std::printf("%llu frames: strobe %.1f %%, camera clock %.1f %%, arrival %.1f %%; wrong strobe times %llu in %llu patterns, longest row %d; worst other %.3f ms\n",
+  for (int n = 0; n < patterns() / 2; ++n) run_pattern(n, draw, all);
+  std::printf("%llu frames: strobe %.1f %%, camera clock %.1f %%, arrival %.1f %%; wrong strobe times %llu in %llu patterns, longest row %d; worst other %.3f ms; late without proof %llu, locks dropped for lateness %llu\n",
               static_cast<unsigned long long>(all.frames), all.percent(TimeSource::kStrobe), all.percent(TimeSource::kCameraTick), all.percent(TimeSource::kArrival),
-              static_cast<unsigned long long>(all.wrong), static_cast<unsigned long long>(all.patterns_wrong), all.longest, static_cast<double>(all.worst_right_ns) * 1e-6);
+              static_cast<unsigned long long>(all.wrong), static_cast<unsigned long long>(all.patterns_wrong), all.longest, static_cast<double>(all.worst_right_ns) * 1e-6,
+              static_cast<unsigned long long>(all.unproven), static_cast<unsigned long long>(all.late_losses));
 }
 
 TEST(FrameStamperProperty, NeverNamesTheStrobeForAWrongTime) {
@@ -123,16 +128,24 @@ TEST(FrameStamperProperty, NeverNamesTheStrobeForAWrongTime) {
   EXPECT_GT(all.percent(TimeSource::kStrobe), 85);
 }
 
-TEST(FrameStamperProperty, FindsAShiftByOneWithinFiveFrames) {
+TEST(FrameStamperProperty, NorWhenFaultsOfTheCameraHideEachOther) {
   // GIVEN on top ids left out or skipped, jumps of the camera clock, pauses that only the clock shows, and edge stamps late by up to 6 ms
-  // THEN no more than five frames in a row carry a wrong time in the strobe's name. More than none needs two faults that
-  // hide each other, such as an id left out just when the camera clock jumps back by one period: below one pattern in 10^5.
+  // THEN still none: where two faults hide each other, such as an id left out just when the camera clock jumps back by one
+  // period, the frames that are late wait until the arrivals have proven or refuted their number
   Tally all;
   run_patterns(brutal_setup, all);
-  EXPECT_LE(all.longest, 5);
-  EXPECT_LE(all.patterns_wrong * 50'000, static_cast<std::uint64_t>(patterns()));
+  EXPECT_EQ(all.wrong, 0U);
   EXPECT_LE(all.tick_beyond_sigma * 10'000, static_cast<std::uint64_t>(patterns()));
   EXPECT_GT(all.percent(TimeSource::kStrobe), 85);
+}
+
+TEST(FrameStamperProperty, ThePatternsThatOnceWereWrongForFourFramesAreNot) {
+  // In both an id is left out while the camera clock jumps back by a period.
+  for (const int n : {315'615, 508'462}) {
+    Tally all;
+    run_pattern(n, brutal_setup, all);
+    EXPECT_EQ(all.wrong, 0U) << "pattern " << n;
+  }
 }
 
 bool same(const std::vector<Stamped>& a, const std::vector<Stamped>& b) {

@@ -163,6 +163,30 @@ TEST(TopPage, ShowsStateRatesAndLossesAndNothingBeyondItsSize) {
   }
 }
 
+TEST(TopPage, SaysWhereGpsTimeComesFromHowGoodItIsAndHowOldItsNewestMark) {
+  Board board;
+  health_t h = good_health();
+  h.gps_sigma_us = h.gps_age_s = h.strobe_age_s = -1;
+  ASSERT_TRUE(tell(board, "HEALTH", h, kSecond));
+  EXPECT_NE(top_page(board, 80, 24, kSecond).text().find("CLOCK     GPS by UNKNOWN\n"), std::string::npos);
+  h.gps_sigma_us = 20'000;
+  ASSERT_TRUE(tell(board, "HEALTH", h, kSecond));
+  EXPECT_NE(top_page(board, 80, 24, kSecond).text().find("GPS by arrival of TSPI  sigma 20000 us\n"), std::string::npos);
+  h.gps_sigma_us = 12;
+  h.gps_age_s = 7.5F;
+  h.strobe_age_s = 0.1F;
+  h.alarms = {alarm("gps.holdover", alarm_t::WARNING, "gps_age_s")};
+  h.n_alarms = 1;
+  clock_state_t c{};
+  c.gps_drift_ppm = -3.25;
+  ASSERT_TRUE(tell(board, "HEALTH", h, kSecond) && tell(board, "CLOCK", c, kSecond));
+  const Page page = top_page(board, 120, 40, kSecond);
+  EXPECT_NE(page.text().find("GPS by marks  sigma 12 us  mark 7.5 s ago  edge 0.1 s ago  drift -3.25 ppm"), std::string::npos) << page.text();
+  for (const Span& s : page.spans)
+    if (s.text == "mark 7.5 s ago") { EXPECT_EQ(s.style, Style::kWarning); }
+  EXPECT_NE(health_json(board, kSecond).find("\"gps_drift_ppm\":-3.25"), std::string::npos);
+}
+
 TEST(TopPage, ColoursAValueByTheAlarmOnItAndPutsFaultsOnTop) {
   Board board;
   health_t h = good_health();

@@ -43,6 +43,13 @@ for how in 0 1 20 step; do
   [ $same = 1 ] || [ $how != 0 ] || [ "$(value "$work/second/service.json" 's["frames_in_chain"]')" -lt 60 ] || fail "at its own pace the replayed sortie gives something else"
 done
 
+echo "-- GPS time by PPS"
+/usr/bin/python3 test/tools/add_pps.py "$work/flight" "$work/flight-pps" || fail "a flight with PPS"
+fly "$work/flight-pps" "$work/pps" 1
+[ "$(value "$work/pps/service.json" 's["time"]["pps_marks"]')" -ge 1 ] || fail "no mark came from the PPS line"
+log info "$work/pps/sortie" | grep -q STROBE || fail "edges are not recorded"
+replays "$work/pps/sortie"
+
 echo "-- damaged"
 cp -r "$sortie" "$work/cut"; truncate -s -100000 "$work/cut/frames.lcm"; rm "$work/cut/manifest.toml"
 log verify "$work/cut" >"$work/said"; [ $? = 2 ] || fail "a cut sortie verifies"

@@ -4,6 +4,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <thread>
+
 #include <cyclops/health_t.hpp>
 
 #include "tools/http.hpp"
@@ -123,6 +125,64 @@ TEST_F(WebServerTest, ViewersBeyondTheLimitAreTurnedAwayAndOthersStillServed) {
   for (int i = 0; i < 2000; ++i) tell_health();      // nobody reads; nobody waits for them
   EXPECT_EQ(client_->Get("/health")->status, 200);
   for (const int s : viewers) ::close(s);
+}
+
+TEST_F(WebServerTest, WhoHoldsConnectionsKeepsNobodyOut) {
+  // GIVEN far more connections than threads that say nothing, others that say half a request, and all viewers' places taken
+  std::vector<int> held;
+  const std::string events = "GET /events HTTP/1.1\r\n" + host() + "\r\n";
+  for (int i = 0; i < WebServer::kMostViewers; ++i) {
+    held.push_back(connected());
+    ASSERT_EQ(::send(held.back(), events.data(), events.size(), MSG_NOSIGNAL), static_cast<ssize_t>(events.size()));
+  }
+  for (int i = 0; i < 300; ++i) {
+    held.push_back(connected());
+    if (i % 2 == 0) { ASSERT_EQ(::send(held.back(), "GET / HTTP/1.1\r\nX", 17, MSG_NOSIGNAL), 17); }
+    // WHEN somebody asks meanwhile THEN the page and HEALTH are there
+    if (i % 50 != 0) continue;
+    const auto page = client_->Get("/");
+    ASSERT_TRUE(page);
+    EXPECT_EQ(page->status, 200);
+    EXPECT_EQ(client_->Get("/health")->status, 200);
+  }
+  char c = 0;
+  EXPECT_LE(::recv(held[WebServer::kMostViewers], &c, 1, 0), 0) << "the one that had waited longest made room";
+  for (const int s : held) ::close(s);
+}
+
+TEST_F(WebServerTest, WhoReadsNoAnswersKeepsNobodyOut) {
+  for (int i = 0; i < 3000; ++i) {
+    health_t h{};
+    h.range_m = h.closure_mps = h.frame_rate_hz = h.latency_ms_p99 = h.residual_rms_px = h.time_sigma_us = 1.0F / 3;
+    std::vector<std::uint8_t> b(static_cast<std::size_t>(h.getEncodedSize()));
+    h.encode(b.data(), 0, static_cast<int>(b.size()));
+    feed_.put("HEALTH", b.data(), b.size(), i * std::int64_t{200'000'000});
+  }
+  std::vector<int> held;
+  for (int i = 0; i < 40; ++i) {
+    held.push_back(connected());
+    const int least = 1;
+    ::setsockopt(held.back(), SOL_SOCKET, SO_RCVBUF, &least, sizeof least);
+    const std::string request = std::string(i % 2 == 0 ? "GET /history" : "GET /") + " HTTP/1.1\r\n" + host() + "\r\n";
+    ASSERT_EQ(::send(held.back(), request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));
+  }
+  const auto page = client_->Get("/");
+  ASSERT_TRUE(page);
+  EXPECT_EQ(page->body, web_page());
+  EXPECT_EQ(client_->Get("/health")->status, 200);
+  for (const int s : held) ::close(s);
+}
+
+TEST_F(WebServerTest, AHeadInPiecesIsAnsweredWhenItIsWhole) {
+  const int s = connected();
+  for (const char c : "GET /health HTTP/1.1\r\n" + host() + "\r\n") {
+    ASSERT_EQ(::send(s, &c, 1, MSG_NOSIGNAL), 1);
+    std::this_thread::yield();
+  }
+  char said[13] = "";
+  EXPECT_EQ(::recv(s, said, 12, MSG_WAITALL), 12);
+  EXPECT_STREQ(said, "HTTP/1.1 200");
+  ::close(s);
 }
 
 TEST_F(WebServerTest, IsBoundToTheLoopbackAndASecondServerFailsOnItsPort) {
