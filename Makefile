@@ -181,8 +181,8 @@ faults: all build/flights/faults/manifest.toml ## every fault of the table on th
 soak: all build/flights/soak/manifest.toml ## random faults for MINUTES at FPS frames a second: does every counter balance, is memory flat?
 	@/usr/bin/python3 tools/soak.py $(B) --minutes $(MINUTES) --fps $(FPS) --seed $(SEED)
 
-LEARN ?= build/flights/s1@0-23
-LEARN_TEST ?= build/flights/s1@24-60 build/flights/s2 build/flights/s4
+LEARN ?= build/flights/tour build/flights/block1
+LEARN_TEST ?= build/flights/s1 build/flights/s2 build/flights/s4
 LEARN_OUT ?= build/learnt.csv
 .PHONY: learn
 learn: $(B)/bin/cyclops-learn ## learn the tanker from flights (LEARN, LEARN_OUT) and try it on others (LEARN_TEST)

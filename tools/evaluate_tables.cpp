@@ -67,6 +67,14 @@ std::vector<TruePoint> stated(const truth_t& t) {
   return out;
 }
 
+/// With a learnt model, the features that the flight's own model uses and this one does not are no features any more.
+void leave_out_replaced(const TankerModel& own, const TankerModel& used, std::vector<TruePoint>& out) {
+  const auto enabled = [](const TankerModel& model, std::int32_t id) {
+    return std::any_of(model.features().begin(), model.features().end(), [id](const Feature& f) { return f.id == id && f.enabled; });
+  };
+  std::erase_if(out, [&](const TruePoint& p) { return enabled(own, p.id) && !enabled(used, p.id); });
+}
+
 /// The features in use that the truth has not: all of them from the same pose.
 void add_learnt(const Rig& rig, const align::CameraPose& T_c_k, std::vector<TruePoint>& out) {
   const std::size_t known = out.size();
@@ -165,6 +173,7 @@ void EvaluationTables::add(const Rig& rig, const FrameOutput& out) {
     f.has_truth = 1;
     f.has_pose = t.has_pose ? 1 : 0;
     std::vector<TruePoint> points = stated(t);
+    leave_out_replaced(own_, rig.tanker, points);
     align::CameraPose start = out.alignment.consensus ? out.alignment.T_c_k : last_;
     if (t.has_pose) {
       start = through_mount(rig, t);
