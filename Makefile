@@ -154,7 +154,7 @@ corners: $(B)/bin/cyclops-render ## rendered against projected corners, measured
 SEEDS ?= 101-120
 JOBS ?= $(shell nproc)
 .PHONY: evaluate peers
-evaluate: $(addprefix $(B)/bin/cyclops-,flight evaluate disturb) $(PEERS) ## every flight x profile x seed beside the goals: SEEDS=1-20 FLIGHTS=s1,s3 PROFILES=default,thesis-2007 JOBS=2 EVALUATE=--help
+evaluate: $(addprefix $(B)/bin/cyclops-,flight evaluate disturb learn) $(PEERS) ## every flight x profile x seed beside the goals: SEEDS=1-20 FLIGHTS=s1,s3 PROFILES=default,thesis-2007 JOBS=2 EVALUATE=--help
 	@/usr/bin/python3 tools/evaluate.py $(B) --seeds $(SEEDS) --jobs $(JOBS) $(if $(FLIGHTS),--flights $(FLIGHTS)) $(if $(PROFILES),--profiles $(PROFILES)) $(EVALUATE)
 peers: $(PEERS) ## other people's trackers behind the same tables: OpenCV, and ViSP when libvisp-mbt-dev is there (make deps-extra)
 
@@ -213,7 +213,10 @@ gpio: $(B)/bin/cyclops $(B)/bin/cyclops-replay $(B)/bin/cyclops-flight $(B)/test
 	@test/gpio/run.sh $(B)
 bench: $(B)/bin/bench ## time per stage beside OpenCV, in one run
 	@$(B)/bin/bench $(BENCH)
-.PHONY: callgrind
+.PHONY: bench-scaling callgrind
+bench-scaling: $(B)/bin/bench ## time of the chain with 38 to 1000 features and 1 to 4 thousand pixels square, as table and picture (build/scaling.png)
+	@CYCLOPS_SCALING=build/scaling.json $(B)/bin/bench scaling
+	@/usr/bin/python3 test/bench/scaling_plot.py build/scaling.json build/scaling.png
 callgrind: $(B)/bin/bench ## instructions a pixel of the corner kernel (needs valgrind)
 	@test/bench/callgrind.sh $(B)
 

@@ -12,13 +12,14 @@ import sys
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # parallel are the runs
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import evaluate_goals
+import evaluate_learned
 import evaluate_merge
 import evaluate_report
 import evaluate_runs as runs
 import evaluate_trials
 import flights
 
-CORE = ("s1", "s2", "s3", "s4", "low-sun-out", "twilight", "night", "low-sun-in", "block0", "block1", "block2", "block3", "block4", "turn", "wing-rock")
+CORE = ("s1", "s2", "s3", "s4", "low-sun-out", "twilight", "night", "low-sun-in", "block0", "block1", "block2", "block3", "block4", "turn", "wing-rock", "heavy")
 SEGMENTS = ("s1", "s2", "s3", "s4")  # also without projection error and with navigation at every frame
 ALL_SEEDS = {(f, evaluate_goals.REAL) for _, f, *_ in evaluate_goals.goals()}  # what a goal speaks of; the rest flies the first few
 
@@ -32,46 +33,56 @@ def numbers(text):
     return out
 
 
-def plan(args, setting):
-    """[(key, flight, condition, navigation, seed, program, profile, text)]"""
+def plan(args, setting, models):
+    """[(key, flight flown, seed, navigation, program, text, names, options)]"""
     out = []
+
+    def add(flight, condition, seed, shown, text, program="cyclops-evaluate", row=None, options=()):
+        navigation = runs.CONDITIONS["12px-1hz" if condition == runs.BESIDE else condition][0]
+        names = {"flight": row or flight, "condition": condition, "seed": seed, "profile": shown}
+        out.append((setting.run_key(flight, navigation, seed, text, program, options), flight, seed, navigation, program, text, names, options))
+
     for flight in args.flights:
         rate = runs.frame_rate(flight)
         for condition in args.conditions or (("12px-1hz", "12px", "true-1hz") if flight in SEGMENTS else ("12px-1hz",)):
-            navigation = runs.CONDITIONS[condition][0]
             for profile in args.profiles:
-                text = runs.profile_for(profile, flight, condition, rate)
-                few = 1 if navigation == "true" else None if (flight, condition) in ALL_SEEDS and profile == evaluate_goals.PROFILE else args.few  # without errors all seeds are the same
+                few = 1 if runs.CONDITIONS[condition][0] == "true" else None if (flight, condition) in ALL_SEEDS and profile == evaluate_goals.PROFILE else args.few  # without errors all seeds are the same
                 for seed in args.seeds[:few]:
-                    key = setting.run_key(flight, navigation, seed, text)
-                    out.append((key, flight, condition, navigation, seed, "cyclops-evaluate", profile, text))
+                    add(flight, condition, seed, profile, runs.profile_for(profile, flight, condition, rate))
         if flight in SEGMENTS and args.peers:
-            seed = args.seeds[0]
             for program, profile, shown in [("cyclops-evaluate", "default", "default"), *((p, "thesis-2007", p.removeprefix("cyclops-")) for p in args.peers)]:
                 text = runs.profile_for(profile, flight, "12px-1hz", rate)  # a peer reads no more of it than when navigation updates
-                out.append((setting.run_key(flight, "measured", seed, f"{text} first {runs.PEER_FRAMES}", program), flight, runs.BESIDE, "measured", seed, program, shown, text))
+                add(flight, runs.BESIDE, args.seeds[0], shown, text, program, options=("--frames", str(runs.PEER_FRAMES)))
+    for row, model, flight, first in args.learned:
+        if model in models and not evaluate_learned.recorded(flight):
+            for seed in args.seeds[:None if (row, evaluate_learned.CONDITION) in ALL_SEEDS else args.few]:
+                add(flight, evaluate_learned.CONDITION, seed, evaluate_goals.PROFILE, evaluate_learned.profile(flight), row=row, options=evaluate_learned.options(models[model], first))
     return out
 
 
-def plan_recorded(args, setting):
-    """[(key, folder, program, profile text, names)]: flights that are there, with the profiles as they are and the peers."""
+def plan_recorded(args, setting, models):
+    """[(key, folder, program, profile text, names, options)]: flights that are there, with the profiles as they are, the peers and the models learnt."""
     out = []
+
+    def add(folder, row, program, text, shown, options=()):
+        names = {"flight": row, "condition": "as it is", "seed": 0, "profile": shown}
+        out.append((runs.recorded_key(setting, folder, text, program, options), folder, program, text, names, options))
+
     for folder in args.recorded:
         flight = os.path.basename(os.path.normpath(folder)).removesuffix(".flight")
-        who = [("cyclops-evaluate", p, p) for p in args.profiles] + [(p, "thesis-2007", p.removeprefix("cyclops-")) for p in args.peers]
-        for program, profile, shown in who:
-            text = runs.content(f"config/{profile}.toml").decode()
-            names = {"flight": flight, "condition": "as it is", "seed": 0, "profile": shown}
-            out.append((runs.recorded_key(setting, folder, text, program), folder, program, text, names))
+        for program, profile, shown in [("cyclops-evaluate", p, p) for p in args.profiles] + [(p, "thesis-2007", p.removeprefix("cyclops-")) for p in args.peers]:
+            add(folder, flight, program, runs.content(f"config/{profile}.toml").decode(), shown)
+    for row, model, flight, first in args.learned:
+        if model in models and evaluate_learned.recorded(flight):
+            add(flight, row, "cyclops-evaluate", evaluate_learned.profile(flight), evaluate_goals.PROFILE, evaluate_learned.options(models[model], first))
     return out
 
 
 def do_runs(args, setting, planned, recorded):
     todo = {}
-    for key, flight, condition, navigation, seed, program, profile, text in planned:
+    for key, flight, seed, navigation, program, text, names, options in planned:
         if not os.path.exists(os.path.join(setting.runs, key + ".json")):
-            names = {"flight": flight, "condition": condition, "seed": seed, "profile": profile}
-            todo.setdefault((condition == runs.BESIDE, flight, navigation, seed), []).append((key, program, text, names))
+            todo.setdefault((names["condition"] == runs.BESIDE, flight, navigation, seed), []).append((key, program, text, names, options))
     missing = sum(map(len, todo.values()))
     print(f"{len(planned)} runs, {len(planned) - missing} of them known, {args.jobs} at a time", flush=True)
     tasks = [(len(wanted), f"{flight} {navigation} seed {seed}{' peers' if peers else ''}", runs.job, (setting, flight, navigation, seed, wanted)) for (peers, flight, navigation, seed), wanted in sorted(todo.items(), key=lambda t: t[0][0])]
@@ -113,6 +124,7 @@ def arguments():
     parser.add_argument("--cache", default="build/flights/cache", help="pictures of the flights")
     parser.add_argument("--trials", type=int, default=5, help="seeds that fly the disturbed flights, 0 for none")
     parser.add_argument("--peers", action=argparse.BooleanOptionalAction, default=True, help="other people's trackers, where they are built: the first seed of S1 to S4")
+    parser.add_argument("--learned", action=argparse.BooleanOptionalAction, default=True, help="models that cyclops-learn makes of other flights, where it is built")
     parser.add_argument("--recorded", type=lambda s: [f for f in s.split(",") if f], default=[f for f in ("build/cube_6px.flight",) if os.path.isdir(f)], help="folders of flights with truth that are run as they are")
     parser.add_argument("--accepted", default="docs/evaluation.json", help="figures of the run that was accepted last")
     parser.add_argument("--accept", metavar="REASON", help="make this run the accepted one (docs/evaluation.json, evaluation-figures.md), and why")
@@ -131,8 +143,10 @@ def main():
     args = arguments()
     setting = runs.Setting(args.build, args.out, args.cache)
     args.peers = [p for p in runs.PEERS if p in setting.programs] if args.peers else []
-    planned, recorded = plan(args, setting), plan_recorded(args, setting)
-    failed = do_runs(args, setting, planned, recorded)
+    args.learned = evaluate_learned.wanted(args.flights, args.recorded) if args.learned and "cyclops-learn" in setting.programs else []
+    models, failed = evaluate_learned.models(setting, args.learned, args.jobs)
+    planned, recorded = plan(args, setting, models), plan_recorded(args, setting, models)
+    failed += do_runs(args, setting, planned, recorded)
     groups = evaluate_merge.groups(kept(setting, (p[0] for p in planned + recorded)))
     trials, failed_trials = do_trials(args, setting)
     goals = evaluate_goals.table(groups, trials)

@@ -123,7 +123,7 @@ def median_by_frame(frame, value, count):
 def figures(features, frames, rig, ranges_ft=None):
     """All of one run. `ranges_ft`: nose to reference by frame, where known."""
     n = len(frames)
-    ranges = np.full(n, np.nan) if ranges_ft is None else np.resize(np.array(ranges_ft, float), n)
+    ranges = np.full(n, np.nan) if ranges_ft is None else np.resize(np.array(ranges_ft[rig.get("first_frame", 0):], float), n)
     t_s = (frames["t_mid_ns"] - frames["t_mid_ns"][0]) * 1e-9 if n else np.zeros(0)
     period = float(np.median(np.diff(t_s))) if n > 1 else 0.0
     on = [f["id"] for f in rig["features"] if f["enabled"]]

@@ -36,17 +36,22 @@ def content(path):
         return file.read()
 
 
+def option_content(options):
+    """What the options of a run say: of a file, what is in it."""
+    return [content(o) if os.path.isfile(o) else o for o in options]
+
+
 class Setting:
     """Programs and folders of one evaluation, and the hashes that a result depends on."""
 
     def __init__(self, build, out, cache):
         self.build, self.out, self.cache = build, out, cache
-        self.runs, self.work = os.path.join(out, "runs"), os.path.join(out, "work")
-        for folder in (self.runs, self.work):
+        self.runs, self.work, self.models = (os.path.join(out, f) for f in ("runs", "work", "models"))
+        for folder in (self.runs, self.work, self.models):
             os.makedirs(folder, exist_ok=True)
         here = os.path.dirname(os.path.abspath(__file__))
         self.metrics = sha(*(content(os.path.join(here, f)) for f in METRICS))
-        self.programs = {p: sha(content(os.path.join(build, "bin", p))) for p in ("cyclops-flight", "cyclops-evaluate", "cyclops-disturb", *PEERS) if os.path.exists(os.path.join(build, "bin", p))}
+        self.programs = {p: sha(content(os.path.join(build, "bin", p))) for p in ("cyclops-flight", "cyclops-evaluate", "cyclops-disturb", "cyclops-learn", *PEERS) if os.path.exists(os.path.join(build, "bin", p))}
 
     def program(self, name):
         return os.path.join(self.build, "bin", name)
@@ -54,8 +59,8 @@ class Setting:
     def flight_key(self, flight, navigation, seed):
         return sha(self.programs["cyclops-flight"], navigation, str(seed), *(content(p) for p in flights.inputs(flight + ".toml")))
 
-    def run_key(self, flight, navigation, seed, text, program="cyclops-evaluate"):
-        return sha(self.flight_key(flight, navigation, seed), self.programs[program], self.metrics, text)[:32]
+    def run_key(self, flight, navigation, seed, text, program="cyclops-evaluate", options=()):
+        return sha(self.flight_key(flight, navigation, seed), self.programs[program], self.metrics, text, *option_content(options))[:32]
 
 
 def profile_for(profile, flight, condition, rate_hz):
@@ -93,14 +98,14 @@ def fly(setting, flight, navigation, seed, folder, frames=None):
               "--seed", str(seed), "--navigation", navigation] + (["--frames", str(frames)] if frames else []))
 
 
-def measure(setting, program, folder, text, tables, frames=None):
+def measure(setting, program, folder, text, tables, options=()):
     """Runs a program over a flight, or the first frames of it, and works out the figures."""
     os.makedirs(tables, exist_ok=True)
     profile = os.path.join(tables, "profile.toml")
     with open(profile, "w") as file:
         file.write(text)
     start = time.monotonic()
-    call([setting.program(program), folder, "--config", profile, "--out", tables] + (["--frames", str(frames)] if frames else []))
+    call([setting.program(program), folder, "--config", profile, "--out", tables, *options])
     spent = time.monotonic() - start
     ranges = None
     if os.path.exists(os.path.join(folder, "figures.json")):
@@ -119,26 +124,30 @@ def save(setting, key, result):
 
 
 def job(setting, flight, navigation, seed, wanted):
-    """One flight and all runs over it that are missing. wanted: [(key, program, profile text, names)]"""
+    """One flight and all runs over it that are missing. wanted: [(key, program, profile text, names, options)]"""
     folder = os.path.join(setting.work, f"{flight}-{navigation}-{seed}-{wanted[0][0]}")
     try:
         fly(setting, flight, navigation, seed, folder)
-        for key, program, text, names in wanted:
-            save(setting, key, {**names, **measure(setting, program, folder, text, os.path.join(folder, "tables"), PEER_FRAMES if names["condition"] == BESIDE else None)})
+        for key, program, text, names, options in wanted:
+            save(setting, key, {**names, **measure(setting, program, folder, text, os.path.join(folder, "tables"), options)})
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return len(wanted)
 
 
-def recorded_key(setting, folder, text, program):
-    return sha(setting.programs[program], setting.metrics, text, *(content(os.path.join(folder, f)) for f in ("manifest.toml", "rig.toml", "messages.lcm")))[:32]
+def recorded_content(folder):
+    return [content(os.path.join(folder, f)) for f in ("manifest.toml", "rig.toml", "messages.lcm")]
 
 
-def recorded_job(setting, folder, key, program, text, names):
+def recorded_key(setting, folder, text, program, options=()):
+    return sha(setting.programs[program], setting.metrics, text, *recorded_content(folder), *option_content(options))[:32]
+
+
+def recorded_job(setting, folder, key, program, text, names, options):
     """A flight that is there, as it is."""
     tables = os.path.join(setting.work, key)
     try:
-        save(setting, key, {**names, **measure(setting, program, folder, text, tables)})
+        save(setting, key, {**names, **measure(setting, program, folder, text, tables, options)})
     finally:
         shutil.rmtree(tables, ignore_errors=True)
 

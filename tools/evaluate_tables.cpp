@@ -1,5 +1,6 @@
 #include "tools/evaluate_tables.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -7,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/score.hpp"
+#include "tools/true_pose.hpp"
 
 namespace cyclops::tools {
 namespace {
@@ -51,14 +53,42 @@ void add_tracks(const FrameOutput& out, FeatureRow& row) {
   row.track_change = static_cast<std::int8_t>(after->change);
 }
 
-float nearest_other(const truth_t& truth, FeatureId id, const Vec2& uv) {
+float nearest_other(const std::vector<TruePoint>& all, FeatureId id, const Vec2& uv) {
   double best = std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < truth.id.size(); ++j)
-    if (truth.id[j] != id && truth.visible[j] == truth_t::VISIBLE) best = std::min(best, std::hypot(uv.x() - truth.u_px[j], uv.y() - truth.v_px[j]));
+  for (const TruePoint& p : all)
+    if (p.id != id && p.visible == truth_t::VISIBLE) best = std::min(best, (uv - p.uv_px).norm());
   return static_cast<float>(best);
 }
 
-void add_measurement(const FrameOutput& out, const truth_t& truth, FeatureRow& row) {
+std::vector<TruePoint> stated(const truth_t& t) {
+  std::vector<TruePoint> out;
+  for (std::size_t i = 0; i < t.id.size(); ++i)
+    out.push_back({t.id[i], Vec2(t.u_px[i], t.v_px[i]), t.ideal_u_px.empty() ? Vec2(kNone, kNone) : Vec2(t.ideal_u_px[i], t.ideal_v_px[i]), t.visible[i]});
+  return out;
+}
+
+/// The features in use that the truth has not: all of them from the same pose.
+void add_learnt(const Rig& rig, const align::CameraPose& T_c_k, std::vector<TruePoint>& out) {
+  const std::size_t known = out.size();
+  for (const Feature& f : rig.tanker.features()) {
+    if (!f.enabled || std::any_of(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(known), [&](const TruePoint& p) { return p.id == f.id; })) continue;
+    const Point<frame::K> p_k = rig.tanker.in_body(f);
+    const auto at = rig.camera.project(T_c_k * p_k);
+    if (!at) continue;
+    const Vec3 to_camera_k = T_c_k.inverse() * Point<frame::C>{} - p_k;
+    const bool seen = rig.camera.inside(*at) && (!f.seen_from || f.seen_from->holds(TankerModel::direction_in_body(to_camera_k)));
+    out.push_back({f.id, *at, rig.camera.ideal_from_raw(*at), seen ? truth_t::VISIBLE : truth_t::HIDDEN});
+  }
+}
+
+/// The rig file's mount, which has the flight's boresight error.
+align::CameraPose through_mount(const Rig& rig, const truth_t& t) {
+  const Rotation<frame::R, frame::K> R_r_k(Eigen::Quaterniond(t.q_r_k[0], t.q_r_k[1], t.q_r_k[2], t.q_r_k[3]));
+  const auto R_c_r = camera_from_receiver(rig.mount_angles);
+  return {R_c_r * R_r_k, Point<frame::C>(R_c_r.rotate(Vec3(t.t_r_k_m[0], t.t_r_k_m[1], t.t_r_k_m[2]) - rig.lens.xyz))};
+}
+
+void add_measurement(const FrameOutput& out, const std::vector<TruePoint>& all, FeatureRow& row) {
   row.u = row.v = row.ideal_u = row.ideal_v = kNone;
   row.cov_uu = row.cov_uv = row.cov_vv = row.nis = row.nearest_other = kNone;
   const auto m = find(out.measurements.items, row.id);
@@ -75,7 +105,7 @@ void add_measurement(const FrameOutput& out, const truth_t& truth, FeatureRow& r
   row.cov_uv = static_cast<float>(m->cov_px2(0, 1));
   row.cov_vv = static_cast<float>(m->cov_px2(1, 1));
   row.nis = static_cast<float>(m->nis);
-  row.nearest_other = nearest_other(truth, row.id, m->raw_px);
+  row.nearest_other = nearest_other(all, row.id, m->raw_px);
 }
 
 /// A structured array in NumPy's file format, version 1.0: magic, length of the header, header, rows.
@@ -94,9 +124,9 @@ Result<> write_npy(const std::vector<Row>& rows, const char* columns, const std:
   return Ok{};
 }
 
-nlohmann::json describe(const Rig& rig) {
+nlohmann::json describe(const Rig& rig, std::int64_t first_frame) {
   const Intrinsics& k = rig.camera.intrinsics();
-  nlohmann::json j{{"width", k.width}, {"height", k.height}, {"fx", k.fx_px}, {"fy", k.fy_px}, {"cx", k.cx_px}, {"cy", k.cy_px}};
+  nlohmann::json j{{"width", k.width}, {"height", k.height}, {"fx", k.fx_px}, {"fy", k.fy_px}, {"cx", k.cx_px}, {"cy", k.cy_px}, {"first_frame", first_frame}};
   for (std::size_t s = 0; s < kStages; ++s) j["stages"].push_back(to_string(static_cast<Stage>(s)));
   for (const Feature& f : rig.tanker.features()) {
     const Vec3 p = rig.tanker.in_body(f).xyz;
@@ -107,15 +137,20 @@ nlohmann::json describe(const Rig& rig) {
 
 }  // namespace
 
-Result<EvaluationTables> EvaluationTables::create(const std::string& flight) {
+Result<EvaluationTables> EvaluationTables::create(const std::string& flight, std::int64_t first_frame) {
   auto truths = flight_truth(flight);
   if (!truths.ok()) return truths.error();
+  auto rig = Rig::load(flight + "/rig.toml");
+  if (!rig.ok()) return rig.error();
   EvaluationTables out;
+  out.own_ = rig->tanker;
+  out.first_frame_ = first_frame;
   for (truth_t& t : *truths) out.truth_.emplace(t.mid_exposure_ns, std::move(t));
   return out;
 }
 
 void EvaluationTables::add(const Rig& rig, const FrameOutput& out) {
+  if (seen_++ < first_frame_) return;
   FrameRow f;
   f.t_mid_ns = out.in.frame.t_mid.ns;
   f.nav_update = out.in.nav.state.valid ? 1 : 0;
@@ -125,44 +160,49 @@ void EvaluationTables::add(const Rig& rig, const FrameOutput& out) {
   f.range_m = kNone;
   f.chain_us = static_cast<float>(static_cast<double>(out.chain_time.ns) * 1e-3);
   for (std::size_t s = 0; s < kStages; ++s) f.stage_us[s] = static_cast<float>(static_cast<double>(out.stage_time[s].ns) * 1e-3);
-  const auto found = truth_.find(f.t_mid_ns);
-  if (found != truth_.end()) {
+  if (const auto found = truth_.find(f.t_mid_ns); found != truth_.end()) {
     const truth_t& t = found->second;
     f.has_truth = 1;
     f.has_pose = t.has_pose ? 1 : 0;
+    std::vector<TruePoint> points = stated(t);
+    align::CameraPose start = out.alignment.consensus ? out.alignment.T_c_k : last_;
     if (t.has_pose) {
-      const Rotation<frame::R, frame::K> R_r_k(Eigen::Quaterniond(t.q_r_k[0], t.q_r_k[1], t.q_r_k[2], t.q_r_k[3]));
-      const auto R_c_r = camera_from_receiver(rig.mount_angles);
-      const Vec3 p_c = R_c_r.rotate(Vec3(t.t_r_k_m[0], t.t_r_k_m[1], t.t_r_k_m[2]) - rig.lens.xyz);
-      const Eigen::Quaterniond q = (R_c_r * R_r_k).quaternion();
-      f.range_m = static_cast<float>(p_c.norm());
-      std::copy(p_c.data(), p_c.data() + 3, f.pose_t);
+      start = through_mount(rig, t);
+      const Eigen::Quaterniond q = start.rotation().quaternion();
+      f.range_m = static_cast<float>(start.translation().xyz.norm());
+      std::copy(start.translation().xyz.data(), start.translation().xyz.data() + 3, f.pose_t);
       const double w[4] = {q.w(), q.x(), q.y(), q.z()};
       std::copy(w, w + 4, f.pose_q);
     }
-    for (std::size_t i = 0; i < t.id.size(); ++i) {
-      FeatureRow row;
-      row.frame = static_cast<std::int32_t>(frames_.size());
-      row.id = t.id[i];
-      row.truth = t.visible[i];
-      row.true_u = t.u_px[i];
-      row.true_v = t.v_px[i];
-      row.true_ideal_u = t.ideal_u_px.empty() ? kNone : t.ideal_u_px[i];
-      row.true_ideal_v = t.ideal_v_px.empty() ? kNone : t.ideal_v_px[i];
-      add_prediction(out, row);
-      add_tracks(out, row);
-      add_measurement(out, t, row);
-      features_.push_back(row);
+    if (const auto pose = true_pose(rig.camera, own_, t, start)) {
+      last_ = pose->T_c_k;
+      add_learnt(rig, pose->T_c_k, points);
     }
+    for (const TruePoint& p : points) add_row(out, points, p);
   }
   frames_.push_back(f);
+}
+
+void EvaluationTables::add_row(const FrameOutput& out, const std::vector<TruePoint>& all, const TruePoint& point) {
+  FeatureRow row;
+  row.frame = static_cast<std::int32_t>(frames_.size());
+  row.id = point.id;
+  row.truth = point.visible;
+  row.true_u = point.uv_px.x();
+  row.true_v = point.uv_px.y();
+  row.true_ideal_u = point.ideal_px.x();
+  row.true_ideal_v = point.ideal_px.y();
+  add_prediction(out, row);
+  add_tracks(out, row);
+  add_measurement(out, all, row);
+  features_.push_back(row);
 }
 
 Result<> EvaluationTables::write(const Rig& rig, const std::string& folder) const {
   CYCLOPS_TRY(write_npy(features_, kFeatureColumns, folder + "/features.npy"));
   CYCLOPS_TRY(write_npy(frames_, kFrameColumns, folder + "/frames.npy"));
   std::ofstream file(folder + "/rig.json");
-  file << describe(rig).dump(1) << "\n";
+  file << describe(rig, first_frame_).dump(1) << "\n";
   if (!file.flush()) return make_error(ErrorCode::kIo, folder + "/rig.json", "cannot be written");
   return Ok{};
 }

@@ -3,6 +3,8 @@
 ///
 /// Tables   features.npy: one row a frame and feature of the truth; frames.npy: one row a frame; both structured arrays whose columns
 ///          are named in evaluate_tables.cpp. Pixels are raw unless a column says ideal; NaN where there is nothing.
+/// Learnt   with a learnt model its features have no truth of their own: each is where the true pose (tools/true_pose.hpp) puts its
+///          place in the model, visible from where the model says that it can be seen. The error so holds that of the place.
 /// Times    service clock, ns; stages in microseconds.
 /// Errors   truth that does not decode; a table that cannot be written.
 /// Threads  one at a time. Any tracker can be recorded: it fills the parts of FrameOutput that are read here (predictions,
@@ -13,6 +15,7 @@
 
 #include <cyclops/truth_t.hpp>
 
+#include "align/pose.hpp"
 #include "base/result.hpp"
 #include "service/chain.hpp"
 
@@ -55,17 +58,30 @@ struct FrameRow {
 };
 #pragma pack(pop)
 
+/// Where a feature really is in a frame, raw and ideal pixels; `visible` as truth_t says it.
+struct TruePoint {
+  std::int32_t id{0};
+  Vec2 uv_px{0, 0}, ideal_px{0, 0};
+  std::int8_t visible{0};
+};
+
 class EvaluationTables {
  public:
-  static Result<EvaluationTables> create(const std::string& flight);
+  /// `first_frame`: frames before it are left out of the tables.
+  static Result<EvaluationTables> create(const std::string& flight, std::int64_t first_frame = 0);
   void add(const Rig& rig, const FrameOutput& out);
-  /// features.npy, frames.npy and rig.json (camera, features, stages) into a folder that exists.
+  /// features.npy, frames.npy and rig.json (camera, features, stages, first frame) into a folder that exists.
   Result<> write(const Rig& rig, const std::string& folder) const;
   [[nodiscard]] const std::vector<FeatureRow>& features() const { return features_; }
   [[nodiscard]] const std::vector<FrameRow>& frames() const { return frames_; }
 
  private:
+  void add_row(const FrameOutput& out, const std::vector<TruePoint>& all, const TruePoint& point);
+
+  TankerModel own_;                   // the flight's, which the truth speaks of
   std::map<std::int64_t, truth_t> truth_;
+  std::int64_t first_frame_{0}, seen_{0};
+  align::CameraPose last_{};          // true, of the last frame
   std::vector<FeatureRow> features_;
   std::vector<FrameRow> frames_;
 };

@@ -1,13 +1,25 @@
 #include "tools/learn.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace cyclops::tools::learn {
 namespace {
 
 constexpr int kLeastInRound = 6;         // sights without which a point does not go on to the next round
 constexpr double kHopeless_px = 1.0;     // scatter
+
+/// Mean distance of a point from another place, in some of the point's views, px.
+double mean_distance_px(const std::vector<View>& views, const LearntPoint& p, const Point<frame::K>& q) {
+  double sum = 0;
+  int n = 0;
+  for (std::size_t i = 0; i < p.sights.size(); i += 1 + p.sights.size() / 8) {
+    const View& view = views[static_cast<std::size_t>(p.sights[i].view)];
+    const auto a = view.camera->project(view.T_c_k * p.p_k), b = view.camera->project(view.T_c_k * q);
+    sum += a && b ? (*a - *b).norm() : 1e9;
+    ++n;
+  }
+  return n == 0 ? 1e9 : sum / n;
+}
 
 /// Each surveyed feature gets the point that is nearest to it in the pictures, if any is near.
 void tie_to_survey(const Views& views, double most_px, std::vector<LearntPoint>& points) {
@@ -29,15 +41,6 @@ void drop_hopeless(std::vector<LearntPoint>& points) {
   std::erase_if(points, [](const LearntPoint& p) { return p.sights.size() < kLeastInRound || p.scatter_px > kHopeless_px; });
 }
 
-void settle(Views& views, const AxesConfig& config, std::vector<LearntPoint>& points, const Said& said) {
-  const AxesChange change = find_axes(views, points, config);
-  move_axes(change, views, points);
-  char text[160];
-  std::snprintf(text, sizeof text, "axes: %d features agree; turned %.2f %.2f %.2f mrad, moved %.1f %.1f %.1f cm, scale %+.2f per mille", change.agree, 1e3 * change.turn_rad.x(),
-                1e3 * change.turn_rad.y(), 1e3 * change.turn_rad.z(), 1e2 * change.shift_m.x(), 1e2 * change.shift_m.y(), 1e2 * change.shift_m.z(), 1e3 * (change.scale - 1));
-  if (said) said(text);
-}
-
 std::string counted(const char* what, std::size_t n) { return std::string(what) + ": " + std::to_string(n) + " points"; }
 
 }  // namespace
@@ -47,12 +50,7 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
   followed = points.size();
   if (said) said(counted("followed", followed));
   if (points.empty()) return make_error(ErrorCode::kUnusable, "follow", "found no point in " + std::to_string(views.views.size()) + " views, expected some that are seen often");
-  bool settled = false;
   for (const LearnConfig::Round& round : config.rounds) {
-    if (round.tie_px > 0 && !settled) {
-      settle(views, config.axes, points, said);
-      settled = true;
-    }
     match_all(views.views, round.match_px, points);
     drop_hopeless(points);
     tie_to_survey(views, round.tie_px, points);

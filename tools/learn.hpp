@@ -6,7 +6,6 @@
 /// Threads  one at a time. Deterministic: the same flights give the same model.
 #include <functional>
 
-#include "tools/learn_axes.hpp"
 #include "tools/learn_bundle.hpp"
 #include "tools/learn_choose.hpp"
 #include "tools/learn_points.hpp"
@@ -24,7 +23,6 @@ struct LearnConfig {
     double tie_px;               ///< a point this near to a surveyed feature, on average over its views, is tied to it
   };
   std::vector<Round> rounds{{3.0, 0}, {2.0, 0}, {1.5, 0.8}, {1.5, 0.8}};  ///< of matching and adjusting; tie_px 0: none yet
-  AxesConfig axes{};             ///< found before the first round with ties
 };
 
 struct Learnt {

@@ -60,9 +60,12 @@ class Adjustment {
       }
       if (p.survey >= 0 && !p.sights.empty()) tie(p);
     }
-    const double shared = config_.pose_doubt * config_.pose_doubt * static_cast<double>(std::count(used_.begin(), used_.end(), true));
-    for (std::size_t v = 0; v < change_.size(); ++v)
+    std::vector<double> of_flight(all_.flights.size(), 0);
+    for (std::size_t v = 0; v < change_.size(); ++v) of_flight[static_cast<std::size_t>(all_.views[v].flight)] += used_[v] ? 1 : 0;
+    for (std::size_t v = 0; v < change_.size(); ++v) {
+      const double shared = config_.pose_doubt * config_.pose_doubt * of_flight[static_cast<std::size_t>(all_.views[v].flight)];
       if (used_[v]) problem_.AddResidualBlock(new PosePrior(shared * all_.views[v].covariance), nullptr, change_[v].data());
+    }
   }
 
   void tie(LearntPoint& p) {

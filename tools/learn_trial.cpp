@@ -11,6 +11,7 @@
 #include "record/flight.hpp"
 #include "tools/offline.hpp"
 #include "tools/score.hpp"
+#include "tools/true_pose.hpp"
 
 namespace cyclops::tools::learn {
 namespace {
@@ -51,7 +52,7 @@ class Tester {
     const auto it = truth_.find(out.in.frame.t_mid.ns);
     if (t_s < stretch_.from_s || t_s > stretch_.to_s || it == truth_.end()) return;
     const CameraPose start = out.alignment.consensus ? out.alignment.T_c_k : last_;
-    const auto truth = true_pose(rig.camera, it->second, start);
+    const auto truth = true_pose(rig.camera, own_.tanker, it->second, start);
     if (!truth) return;
     last_ = truth->T_c_k;
     errors_.truth_rms_px = std::max(errors_.truth_rms_px, truth->rms_px);
@@ -68,17 +69,6 @@ class Tester {
   [[nodiscard]] const Errors& errors() const { return errors_; }
 
  private:
-  [[nodiscard]] std::optional<FittedPose> true_pose(const Camera& camera, const truth_t& t, const CameraPose& start) const {
-    std::vector<PointPixel> points;
-    for (int i = 0; i < t.n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const auto f = std::find_if(own_.tanker.features().begin(), own_.tanker.features().end(), [&](const Feature& x) { return x.id == t.id[k]; });
-      const Vec2 uv(t.u_px[k], t.v_px[k]);
-      if (f != own_.tanker.features().end() && camera.inside(uv) && (t.visible[k] == truth_t::VISIBLE || t.has_pose)) points.push_back({own_.tanker.in_body(*f), uv, Mat2::Identity()});
-    }
-    return fit_pose(camera, points, start);
-  }
-
   void measurements(const Rig& rig, const FrameOutput& out, const CameraPose& truth) {
     std::vector<PointPixel> points;
     for (const Measurement& m : out.measurements.items) {
@@ -133,32 +123,6 @@ json figures_of(const Errors& e) {
 
 }  // namespace
 
-std::optional<FittedPose> fit_pose(const Camera& camera, const std::vector<PointPixel>& points, const CameraPose& start, double robust_sigmas) {
-  if (points.size() < 4) return std::nullopt;
-  FittedPose out{start, 0};
-  for (int iteration = 0; iteration < 30; ++iteration) {
-    Mat6 H = 1e-12 * Mat6::Identity();
-    align::Vec6 g = align::Vec6::Zero();
-    double sum = 0;
-    for (const PointPixel& p : points) {
-      const auto at = align::projected(camera, out.T_c_k, p.p_k);
-      if (!at) return std::nullopt;
-      const Vec2 r = p.uv_px - at->uv;
-      const Mat2 W = p.cov_px2.inverse();
-      const double m = std::sqrt(r.dot(W * r)), weight = robust_sigmas > 0 && m > robust_sigmas ? robust_sigmas / m : 1;
-      H += weight * at->by_pose.transpose() * W * at->by_pose;
-      g += weight * at->by_pose.transpose() * (W * r);
-      sum += r.squaredNorm();
-    }
-    out.rms_px = std::sqrt(0.5 * sum / static_cast<double>(points.size()));
-    const align::Vec6 change = H.ldlt().solve(g);
-    if (!change.allFinite()) return std::nullopt;
-    out.T_c_k = align::moved(out.T_c_k, change);
-    if (change.norm() < 1e-9) return out;
-  }
-  return robust_sigmas > 0 ? std::optional(out) : std::nullopt;
-}
-
 Result<json> try_model(const Stretch& stretch, const std::string& tanker, const Profile& profile) {
   auto flight = FlightReader::open(stretch.folder);
   if (!flight.ok()) return flight.error();
@@ -168,7 +132,7 @@ Result<json> try_model(const Stretch& stretch, const std::string& tanker, const 
   if (!truth.ok()) return truth.error();
   Tester tester(stretch, *own, *truth, flight->manifest().first_frame_ns);
   const std::string log = (std::filesystem::temp_directory_path() / ("cyclops-learn-" + std::to_string(getpid()) + ".lcm")).string();
-  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& rig, const FrameOutput& out, const ImageView&) { tester.see(rig, out); }, {.tanker = tanker});
+  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& rig, const FrameOutput& out, const ImageView&) { tester.see(rig, out); }, {.tanker = tanker, .most_frames = stretch.frames(flight->manifest())});
   std::error_code ignored;
   std::filesystem::remove(log, ignored);
   if (!run.ok()) return run.error();

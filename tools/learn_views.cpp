@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "detect/corner_detector.hpp"
-#include "record/flight.hpp"
 #include "tools/offline.hpp"
 
 namespace cyclops::tools::learn {
@@ -96,7 +95,7 @@ Result<> add_flight(const Stretch& stretch, const Profile& profile, const ViewsC
   out.cameras.push_back(std::make_unique<Camera>(rig->camera));
   Taker taker(profile, config, stretch, flight->manifest(), static_cast<int>(out.flights.size()) - 1, out);
   const std::string log = (std::filesystem::temp_directory_path() / ("cyclops-learn-" + std::to_string(getpid()) + ".lcm")).string();
-  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& r, const FrameOutput& f, const ImageView& i) { taker.see(r, f, i); });
+  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& r, const FrameOutput& f, const ImageView& i) { taker.see(r, f, i); }, {.most_frames = stretch.frames(flight->manifest())});
   std::error_code ignored;
   std::filesystem::remove(log, ignored);
   if (!run.ok()) return run.error();
@@ -118,6 +117,11 @@ Result<Stretch> Stretch::parse(const std::string& text) {
   if (to.ec != std::errc{} || to.ptr != end || !(s.from_s >= 0 && s.from_s < s.to_s))
     return make_error(ErrorCode::kInvalid, text, "stretch is \"" + range + "\", expected FROM-TO in seconds, as 0-20");
   return s;
+}
+
+std::int64_t Stretch::frames(const FlightManifest& manifest) const {
+  const double flight_s = static_cast<double>(manifest.last_frame_ns - manifest.first_frame_ns) * 1e-9;
+  return to_s < flight_s ? static_cast<std::int64_t>(to_s / flight_s * static_cast<double>(manifest.frames)) + 2 : manifest.frames;
 }
 
 bool take_patch(const ImageView& image, const Vec2& uv_px, Patch& out) {

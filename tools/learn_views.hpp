@@ -2,6 +2,7 @@
 /// Recorded flights, run through the chain, as views: frames with an aligned pose and every corner around the tanker.
 #include <functional>
 
+#include "record/flight.hpp"
 #include "service/profile.hpp"
 #include "tools/learn_types.hpp"
 
@@ -13,6 +14,8 @@ struct Stretch {
   double from_s{0};
   double to_s{1e9};
   static Result<Stretch> parse(const std::string& text);
+  /// How many frames of the flight reach its end.
+  [[nodiscard]] std::int64_t frames(const FlightManifest& manifest) const;
 };
 
 struct ViewsConfig {

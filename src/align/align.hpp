@@ -9,6 +9,8 @@
 ///          iteratively reweighted Gauss-Newton with the prior. It counts only with enough evidence, enough features
 ///          and enough margin to the next different reading. The idea of one-point hypotheses from a prior is that of
 ///          Civera et al. 2010 (1-point RANSAC for EKF), here exhaustive and with a likelihood instead of a count.
+/// Search   Where that finds nothing, or less than it should, or where navigation says that it may be metres off, the pose is searched for
+///          (acquire.hpp). What that finds without a pose of a moment ago is not measured with until the next frame agrees.
 /// Prior    Twice a frame: navigation alone, and navigation fused with the pose of the last frame moved on. The second
 ///          is as uncertain as it has recently proved to be (in px), never more certain than `track_floor_px`.
 /// Frames   raw pixels; poses camera from tanker body. Time: all inputs at the same t_mid.
@@ -32,9 +34,13 @@ class Aligner {
   Aligner(const Aligner&) = delete;
   Aligner& operator=(const Aligner&) = delete;
 
-  /// Where to look in this frame. `nav` may be null or invalid. False: neither navigation nor an earlier pose helps.
-  bool predict(Time t_mid, const RelativeState* nav);
+  /// Where to look in this frame. `nav` may be null or invalid; `carried` is what an earlier update says of this frame, or null: it keeps
+  /// the pose of earlier frames from wandering, but is no navigation to compare with. False: neither navigation nor an earlier pose helps.
+  bool predict(Time t_mid, const RelativeState* nav, const RelativeState* carried = nullptr);
   [[nodiscard]] const Pose<frame::C, frame::K>& prior_pose() const;
+
+  /// The prior is so wide that features have to be looked for all over it.
+  [[nodiscard]] bool acquiring() const;
 
   /// Gives every prediction the place and covariance of the prior: where the feature has to be looked for.
   void widen(PredictionSet& predicted) const;

@@ -14,6 +14,8 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("readings", 1, 64, c.readings);
   t.read_in("min_evidence", 0.0, 1e3, c.min_evidence);
   t.read_in("min_margin", 0.0, 1e3, c.min_margin);
+  t.read_in("wide_margin", 0.0, 1e3, c.wide_margin);
+  t.read_in("wide_px", 0.0, 1e3, c.wide_px);
   t.read_in("min_inliers", 2, 64, c.min_inliers);
   t.read_in("min_support", 0.0, 1.0, c.min_support);
   t.read_in("inlier_px", 0.1, 50.0, c.inlier_px);
@@ -26,6 +28,16 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("track_growth_px_s", 0.0, 1e3, c.track_growth_px_s);
   t.read_in("track_bonus", 0.0, 100.0, c.track_bonus);
   t.read_in("nav_memory_s", 0.0, 1e3, c.nav_memory_s);
+  t.read_in("acquire_from_px", 5.0, 1e4, c.acquire_from_px);
+  t.read_in("acquire_beam", 16, 4096, c.acquire_beam);
+  t.read_in("acquire_least", 4, 64, c.acquire_least);
+  t.read_in("acquire_support", 0.0, 1.0, c.acquire_support);
+  t.read_in("acquire_blind_s", 0.0, 1e3, c.acquire_blind_s);
+  t.read_in("acquire_evidence", -100.0, 1e3, c.acquire_evidence);
+  t.read_in("acquire_margin", 0.0, 1e3, c.acquire_margin);
+  t.read_in("doubt_px", 0.0, 100.0, c.doubt_px);
+  t.read_in("doubt_beam", 16, 4096, c.doubt_beam);
+  t.read_in("doubt_margin", 0.0, 1e3, c.doubt_margin);
   t.read_in("search_sigmas", 0.0, 10.0, c.search_sigmas);
   t.read_in("search_most_px", 0.0, 1000.0, c.search_most_px);
   t.read_in("forget_after_s", 0.0, 1e4, c.forget_after_s);

@@ -6,13 +6,13 @@
 namespace cyclops::align {
 namespace {
 
-constexpr double kContradiction = 22.0;  // 99.9 % of chi-square with 6 degrees of freedom
+constexpr double kErrorGain = 0.15, kVelocityGain = 0.6;
+constexpr double kFirst_px = 3;        // error of the first prediction with a velocity
 constexpr double kLeastTurn = 0.001;   // rad
 constexpr double kLeastShift = 0.001;  // of the range
 
 }  // namespace
 
-/// rms over a sample of the features of the 1-sigma prediction error (per axis), px.
 double PoseTrack::spread_px(const CameraPose& pose, const Mat6& P) const {
   double sum = 0;
   int n = 0;
@@ -59,11 +59,7 @@ void PoseTrack::predict(Time now, const Prior& nav) {
   ways_[2] = way_nav_ ? moved(T_, difference(previous_nav_.T, nav.T)) : ways_[1];
   std::size_t best = way_error_px2_[0] < way_error_px2_[1] ? 0 : 1;
   if (way_nav_ && way_error_px2_[2] < way_error_px2_[best]) best = 2;
-  prior_.T = ways_[best];
-  const double sigma = std::max(config_.track_floor_px, error_px_) + config_.track_growth_px_s * std::max(0.0, blind - 0.05);
-  const double scale = sigma / std::max(1e-6, spread_px(prior_.T, shape_));
-  prior_.P = shape_ * (scale * scale);
-  prior_.valid = true;
+  prior_ = around(ways_[best], std::max(config_.track_floor_px, error_px_) + config_.track_growth_px_s * std::max(0.0, blind - 0.05));
   if (!nav.valid) return;
   const Vec6 gap = difference(prior_.T, nav.T);
   contradicted_ = gap.dot((prior_.P + nav.P).ldlt().solve(gap)) > kContradiction;
@@ -77,21 +73,32 @@ void PoseTrack::predict(Time now, const Prior& nav) {
   prior_.P = 0.5 * (prior_.P + prior_.P.transpose().eval());
 }
 
-void PoseTrack::learn(const CameraPose& pose, bool with_navigation) {
-  if (locked_ && prior_.valid) {
+Prior PoseTrack::around(const CameraPose& pose, double px) const {
+  const double scale = px / std::max(1e-6, spread_px(pose, shape_));
+  return {pose, shape_ * (scale * scale), has_shape_};
+}
+
+void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool corrected) {
+  if (locked_ && prior_.valid && corrected) {
+    way_error_px2_ = {{9, 9, 16}};
+    error_px_ = 3;
+  } else if (locked_ && prior_.valid) {
     const double dt = (now_ - t_pose_).seconds();
     for (std::size_t i = 0; i < ways_.size(); ++i) {
       if (i == 2 && !way_nav_) continue;
       const double e = distance_px(ways_[i], pose);
-      way_error_px2_[i] += 0.15 * (std::min(e * e, 900.0) - way_error_px2_[i]);
+      way_error_px2_[i] += (fresh_ ? 1 : kErrorGain) * (std::min(e * e, 900.0) - way_error_px2_[i]);
     }
-    error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.end()));
     const Vec6 v = difference(T_, pose) / std::max(dt, 1e-3);
-    if (with_navigation == with_navigation_) velocity_ += 0.6 * (v - velocity_);
+    if (with_navigation == with_navigation_) velocity_ += (fresh_ ? 1 : kVelocityGain) * (v - velocity_);
+    if (fresh_) way_error_px2_[1] = std::min(way_error_px2_[1], kFirst_px * kFirst_px);  // from now on it is known how it moves
+    error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.end()));
+    fresh_ = false;
   } else {
     velocity_.setZero();
-    way_error_px2_ = {{9, 9, 16}};
-    error_px_ = 3;
+    error_px_ = kFirst_px;
+    way_error_px2_.fill(error_px_ * error_px_);
+    fresh_ = true;
   }
   T_ = pose;
   t_pose_ = now_;

@@ -13,6 +13,8 @@
 
 namespace cyclops::align {
 
+inline constexpr double kContradiction = 22.0;  ///< squared distance of two poses: 99.9 % of chi-square with 6 degrees of freedom
+
 class PoseTrack {
  public:
   /// All three must outlive this. `body`: the features, tanker body axes.
@@ -24,16 +26,19 @@ class PoseTrack {
   /// Navigation of this frame says that the track cannot be where it is.
   [[nodiscard]] bool contradicted() const { return contradicted_; }
   /// The pose that this frame's features agreed on. Where navigation comes or goes from one frame to the next, the step is what it
-  /// knows and the picture does not: no motion.
-  void learn(const CameraPose& pose, bool with_navigation);
+  /// knows and the picture does not: no motion. `corrected`: neither is the way to this pose, the one before was wrong.
+  void learn(const CameraPose& pose, bool with_navigation, bool corrected = false);
   /// Time since features last agreed; no track: longer than it is kept.
   [[nodiscard]] double blind_s() const { return locked_ ? (now_ - t_pose_).seconds() : config_.forget_after_s; }
   /// Once a frame, last: `nav` as given to predict.
   void end_frame(const Prior& nav) { previous_nav_ = nav; }
   void reset();
+  /// That pose, known to `px`, with the shape of what is not known.
+  [[nodiscard]] Prior around(const CameraPose& pose, double px) const;
+  /// rms over a sample of the features of the 1-sigma error of a pose with this covariance, px an axis.
+  [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
 
  private:
-  [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
 
   const AlignConfig& config_;
@@ -50,6 +55,7 @@ class PoseTrack {
   Time t_pose_{};
   bool contradicted_{false};
   Time t_nav_{};                        // when navigation was last weighed against it
+  bool fresh_{false};                   // that pose is the first one: how it moves is not known
   bool with_navigation_{false};         // that pose was found with navigation's help
   double error_px_{3};                  // how far predictions from it have recently been off, rms
   std::array<CameraPose, 3> ways_{};    // predictions of this frame: standing still, constant velocity, navigation's motion

@@ -104,6 +104,8 @@ enum class MatchReason : std::uint8_t {
   kNotVisible,
   kInnovation,         ///< matched, then refused by the consistency test
   kNoConsensus,        ///< the features together do not confirm where the tanker is
+  kAgainstMotion,      ///< what was matched does not move as the feature should
+  kAmbiguous,          ///< a corner was there, but whose it is cannot be told
 };
 
 /// The outcome of association for one track, in the order of the tracks.
@@ -126,6 +128,7 @@ enum class TrackChange : std::uint8_t {
   kDeletedByScore,
   kLeftImage,          ///< removed, and not counted as dropped
   kTurnedAway,         ///< the model says it can no longer be seen
+  kAgainstMotion,      ///< removed: what it followed does not move as the feature should
 };
 
 struct Track {
@@ -137,6 +140,7 @@ struct Track {
   Vec2 velocity_px_s{0, 0};
   Mat2 cov_px2{Mat2::Identity()};
   int score{0};                        ///< misses less hits, floor 0
+  double log_likelihood{0};            ///< that it follows the feature and not clutter, against chance; since it was started
   Time t_last_hit{};
 };
 using TrackSet = StaticVector<Track, kMaxFeatures>;

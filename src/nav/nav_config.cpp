@@ -25,6 +25,9 @@ constexpr Range kRanges[] = {
     {"rate_sigma_rps", &NavConfig::rate_sigma_rps, 0, 10},
     {"angular_acceleration_sigma_rps2", &NavConfig::angular_acceleration_sigma_rps2, 0, 100},
     {"position_correlation", &NavConfig::position_correlation, 0, 1},
+    {"carry_s", &NavConfig::carry_s, 0, 60},
+    {"carry_acceleration_mps2", &NavConfig::carry_acceleration_mps2, 0, 100},
+    {"carry_angular_acceleration_rps2", &NavConfig::carry_angular_acceleration_rps2, 0, 100},
     {"update_interval_s", &NavConfig::update_interval_s, 0, 3600},
 };
 

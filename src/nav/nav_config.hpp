@@ -30,6 +30,10 @@ struct NavConfig {
   int update_every_n_frames{1};
   double update_interval_s{0};                  ///< above 0: by time instead of by frame number
   StaticVector<DropoutWindow, kMaxDropouts> dropouts{};  ///< file: dropouts_s = [start, end, start, end ...]
+  // The last update carried on to frames without one, see nav/nav_carry.hpp.
+  double carry_s{1.5};                          ///< for so long; 0: an update counts at its own frame only
+  double carry_acceleration_mps2{0.3};          ///< relative acceleration that it does not know, 1 sigma an axis
+  double carry_angular_acceleration_rps2{0.05}; ///< as that, for the relative attitude
   int max_waiting_frames{32};                   ///< more than this, and the oldest goes on with what there is
 
   /// Reads the keys of the table `nav` itself. Error: file:line: key, value and its range. Types and unknown keys: finish().

@@ -62,7 +62,9 @@ Chain::Chain(const Rig& rig, const Profile& profile)
       segmenter_(profile.segment),
       detector_(profile.detect, rig.camera.intrinsics().width, rig.camera.intrinsics().height),
       associator_(profile.associate),
-      tracker_(profile.track, rig.camera.intrinsics().width, rig.camera.intrinsics().height) {}
+      motion_check_(profile.track.motion),
+      tracker_(profile.track, rig.camera.intrinsics().width, rig.camera.intrinsics().height),
+      nav_carry_(profile.nav) {}
 
 void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
   Stopwatch watch;
@@ -90,6 +92,8 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.tracks_before = tracker_.tracks();
   associator_.associate(out.tracks_before, out.corners, out.matches);
   if (profile_.align.enabled && !out.alignment.consensus) refuse_matches(out);
+  if (seen && profile_.track.motion.window_s > 0)
+    motion_check_.step(frame.frame.t_mid, expected_motion(frame, out), out.tracks_before, out.corners, out.matches);
   watch.lap(Stage::kAssociate, out);
   if (seen) tracker_.update(out.matches, out.corners);
   out.tracks = tracker_.tracks();
@@ -121,7 +125,7 @@ void Chain::estimate_aligned(const AlignedFrame& frame, FrameOutput& out) {
   const RelativeState* nav = frame.nav.state.valid ? &frame.nav.state : nullptr;
   if (nav != nullptr) predict(*nav, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
   else predictions_from_tracks(out);
-  if (aligner_.predict(frame.frame.t_mid, nav)) {
+  if (aligner_.predict(frame.frame.t_mid, nav, nav_carry_.at(frame.frame.t_mid, frame.nav.state))) {
     predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.search);
     aligner_.widen(out.search);
   } else {
@@ -151,11 +155,12 @@ void Chain::segment(FrameOutput& out) {
   int reach = 0;
   const bool by_prediction = profile_.align.enabled;
   if (by_prediction) {
+    const double most_px = aligner_.acquiring() ? kMaxImageSide : profile_.align.search_most_px;
     for (const Prediction& p : out.search.items) {
       if (p.visibility != Visibility::kVisible) continue;
       points_.push_back(p.uv_px);
       const double sigma = std::sqrt(std::max(p.cov_px2(0, 0), p.cov_px2(1, 1)));
-      reach = std::max(reach, static_cast<int>(std::lround(std::min(profile_.align.search_most_px, profile_.align.search_sigmas * sigma))));
+      reach = std::max(reach, static_cast<int>(std::lround(std::min(most_px, profile_.align.search_sigmas * sigma))));
     }
   } else {
     for (const Track& t : tracker_.tracks())
@@ -196,6 +201,15 @@ void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutp
 void Chain::add_scatter(MeasurementSet& set) const {
   for (Measurement& m : set.items)
     if (m.accepted && m.kind == PointKind::kCorner) m.cov_px2 += aligner_.corner_variance_px2(m.feature) * Mat2::Identity();
+}
+
+/// Where a pose that knows nothing of single tracks puts the features: the group's, or navigation's carried on.
+const PredictionSet* Chain::expected_motion(const AlignedFrame& frame, const FrameOutput& out) {
+  if (profile_.align.enabled) return out.alignment.consensus ? &out.aligned : nullptr;
+  const RelativeState* state = nav_carry_.at(frame.frame.t_mid, frame.nav.state);
+  if (state == nullptr) return nullptr;
+  predict(*state, rig_.tanker, rig_.camera, mount_, profile_.estimate, carried_);
+  return &carried_;
 }
 
 void Chain::refuse_matches(FrameOutput& out) const {

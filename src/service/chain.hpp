@@ -11,6 +11,7 @@
 #include "msg/chain.hpp"
 #include "msg/frame.hpp"
 #include "nav/frame_aligner.hpp"
+#include "nav/nav_carry.hpp"
 #include "patch/patch_matcher.hpp"
 #include "publish/measure.hpp"
 #include "service/rig.hpp"
@@ -62,6 +63,7 @@ class Chain {
   void find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void add_scatter(MeasurementSet& set) const;
   void refuse_matches(FrameOutput& out) const;
+  const PredictionSet* expected_motion(const AlignedFrame& frame, const FrameOutput& out);
 
   const Rig& rig_;
   Profile profile_;
@@ -74,7 +76,10 @@ class Chain {
   Segmenter segmenter_;
   CornerDetector detector_;
   Associator associator_;
+  MotionCheck motion_check_;
   Tracker tracker_;
+  NavCarry nav_carry_;
+  PredictionSet carried_{};              ///< where navigation, carried on, expects the features; only where they stand alone
   StaticVector<Vec2, kMaxFeatures> points_{};
 };
 

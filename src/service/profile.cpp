@@ -12,7 +12,9 @@ Profile::Profile() {
   associate.gate = Gate::kMahalanobis;
   associate.max_gate_px = 2.5;
   associate.model_sigma_px = 0.7;
+  associate.min_probability = 0.9;
   track.blending = Blending::kNavWins;
+  track.motion.window_s = 0.7;
   publish.max_nis = 9.21;
 }
 

@@ -1,6 +1,8 @@
 #include "track/tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace cyclops {
 namespace {
@@ -27,6 +29,12 @@ Result<TrackConfig> TrackConfig::read(ConfigTable& table, TrackConfig c) {
   table.read("first_hit_takes_corner", c.first_hit_takes_corner);
   table.read_in("velocity_sigma_px_s", 0.0, 10000.0, c.velocity_sigma_px_s);
   table.read_in("acceleration_px2_s3", 0.0, 1e6, c.acceleration_px2_s3);
+  table.read_enum("score", {"hits", "likelihood"}, c.score);
+  table.read_in("lost_score", 0.1, 1000.0, c.lost_score);
+  table.read_in("score_most", 0.0, 1000.0, c.score_most);
+  table.read_in("detection_probability", 0.01, 0.999, c.detection_probability);
+  table.read_in("clutter_per_px2", 1e-9, 1.0, c.clutter_per_px2);
+  c.motion.read(table);
   return c;
 }
 
@@ -67,7 +75,9 @@ void Tracker::begin_frame(Time t_mid) {
 
 void Tracker::end(Track& track, TrackChange change) {
   track.change = change;
-  track.state = change == TrackChange::kDeletedByScore ? TrackState::kDeleted : TrackState::kNone;
+  const bool deleted = change == TrackChange::kDeletedByScore || change == TrackChange::kAgainstMotion;
+  track.state = deleted ? TrackState::kDeleted : TrackState::kNone;
+  if (change == TrackChange::kAgainstMotion) ++counters_.against_motion;
   if (change == TrackChange::kDeletedByScore) ++counters_.dropped;
   if (change == TrackChange::kLeftImage) ++counters_.left_image;
   if (change == TrackChange::kTurnedAway) ++counters_.turned_away;
@@ -100,6 +110,8 @@ void Tracker::start(Track& track, Inner& inner, const Prediction& prediction, bo
   track.uv_px = prediction.uv_px;
   track.cov_px2 = prediction.cov_px2;
   track.score = 0;
+  track.log_likelihood = 0;
+  inner.highest = 0;
   inner.hit = false;
   ++(was_on ? counters_.replaced : counters_.initiated);
 }
@@ -163,10 +175,27 @@ void Tracker::correct(Track& track, Inner& inner, const Corner& corner) {
   inner.velocity += -g * (B + B.transpose()) + g * g * (A + R);
 }
 
-void Tracker::miss(Track& track) {
+/// One frame's part of the log-likelihood ratio "follows the feature" to "follows clutter"; `corner` null: a miss. Before correct().
+void Tracker::weigh(Track& track, Inner& inner, const Corner* corner) const {
+  const double p = config_.detection_probability;
+  double gain = std::log(1 - p);
+  if (corner != nullptr) {
+    const Mat2 S = track.cov_px2 + corner->cov_px2;
+    const Vec2 d = corner->uv_px - track.uv_px;
+    const double det = S.determinant();
+    gain = det > 0 ? std::log(p / (config_.clutter_per_px2 * 2 * std::numbers::pi * std::sqrt(det))) - 0.5 * d.dot(S.inverse() * d) : 0;
+  }
+  track.log_likelihood = std::min(config_.score_most, track.log_likelihood + gain);
+  inner.highest = std::max(inner.highest, track.log_likelihood);
+}
+
+void Tracker::miss(Track& track, Inner& inner) {
   ++counters_.misses;
   ++track.score;
-  if (config_.filter == Filter::kZoh || track.score >= config_.delete_at_score) {
+  weigh(track, inner, nullptr);
+  const bool lost = config_.score == TrackScore::kLikelihood ? track.log_likelihood < inner.highest - config_.lost_score
+                                                             : track.score >= config_.delete_at_score;
+  if (config_.filter == Filter::kZoh || lost) {
     end(track, TrackChange::kDeletedByScore);
     return;
   }
@@ -180,10 +209,15 @@ void Tracker::update(const MatchSet& matches, const CornerSet& corners) {
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     Track& track = tracks_[i];
     if (!on(track)) continue;
-    if (matches[i].corner < 0) {
-      miss(track);
+    if (matches[i].reason == MatchReason::kAgainstMotion) {
+      end(track, TrackChange::kAgainstMotion);
       continue;
     }
+    if (matches[i].corner < 0) {
+      miss(track, inner_[i]);
+      continue;
+    }
+    weigh(track, inner_[i], &corners.items[static_cast<std::size_t>(matches[i].corner)]);
     correct(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
     inner_[i].hit = true;
     ++counters_.hits;

@@ -9,12 +9,17 @@
 ///          by navigation, then the end. Whether a started track was hit too shows in its state: kLive or kCoasting.
 /// Covariance  per track, of position and velocity, carried through the gains in use: x+ = x + K (z - x), P+ = (I-KH) P (I-KH)^T
 ///          + K R K^T, which holds for any gain. Between frames white acceleration noise is added.
+/// Score    kHits: misses less hits, floor 0 (the thesis). kLikelihood: sum of log( P_D N(innovation; S) / clutter ) for hits
+///          and of log(1 - P_D) for misses, kept in Track::log_likelihood with either; a track ends when it has fallen `lost_score`
+///          below its highest.
+/// Motion   a match that MotionCheck took out ends its track (kAgainstMotion) until navigation starts it again.
 /// Threads  one object a thread. Memory: all of it in the constructor.
-/// Source   spec 2.6 (filters), 2.7 (life), 2.8 (blending), errata E16, E36.
+/// Source   spec 2.6 (filters), 2.7 (life), 2.8 (blending), errata E16, E36; log-likelihood score: Sittler 1964, Blackman & Popoli 1999, ch. 6.
 #include <vector>
 
 #include "base/config.hpp"
 #include "msg/chain.hpp"
+#include "track/motion_check.hpp"
 
 namespace cyclops {
 
@@ -29,6 +34,8 @@ enum class Blending : std::uint8_t {
   kCovariance,  ///< it leaves alone a track that was hit recently and lies within keep_chi_square of the prediction
 };
 
+enum class TrackScore : std::uint8_t { kHits, kLikelihood };
+
 /// Table "track".
 struct TrackConfig {
   Filter filter{Filter::kAlphaBeta};
@@ -42,6 +49,12 @@ struct TrackConfig {
   bool first_hit_takes_corner{true};    ///< the error of a start by navigation is no motion: gains 1, 0 once. Thesis: false
   double velocity_sigma_px_s{30};       ///< of a velocity taken to be 0; about 1 px a frame at 30 Hz
   double acceleration_px2_s3{100};      ///< power spectral density of the acceleration
+  TrackScore score{TrackScore::kHits};
+  double lost_score{6};                 ///< kLikelihood
+  double score_most{12};                ///< log-likelihood is cut off here: an old track must be able to end
+  double detection_probability{0.8};    ///< of the log-likelihood
+  double clutter_per_px2{0.001};        ///< of the log-likelihood
+  MotionConfig motion{};
 
   /// `table` is [track]; range errors are collected there.
   [[nodiscard]] static Result<TrackConfig> read(ConfigTable& table, TrackConfig absent);  ///< `absent`: values of keys left out
@@ -58,6 +71,7 @@ struct TrackCounters {
   std::uint64_t dropped{0};             ///< by score
   std::uint64_t left_image{0};
   std::uint64_t turned_away{0};
+  std::uint64_t against_motion{0};      ///< ended because of it
   std::uint64_t late_frames{0};         ///< not later than the frame before
 };
 
@@ -83,6 +97,7 @@ class Tracker {
     Mat2 cross{Mat2::Zero()};           ///< position by velocity, px^2/s
     Mat2 velocity{Mat2::Zero()};        ///< px^2/s^2
     bool hit{false};                    ///< since it was started
+    double highest{0};                  ///< log-likelihood since it was started
     bool nav_known{false};
     Vec2 nav_uv_px{0, 0};               ///< of the navigation update before
     Mat2 nav_cov_px2{Mat2::Zero()};
@@ -90,7 +105,8 @@ class Tracker {
   };
   void propagate(Track& track, Inner& inner, double dt) const;
   void correct(Track& track, Inner& inner, const Corner& corner);
-  void miss(Track& track);
+  void miss(Track& track, Inner& inner);
+  void weigh(Track& track, Inner& inner, const Corner* corner) const;
   void blend(Track& track, Inner& inner, const Prediction& prediction);
   void start(Track& track, Inner& inner, const Prediction& prediction, bool was_on);
   void set_velocity(Track& track, Inner& inner, const Prediction& prediction) const;

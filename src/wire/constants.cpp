@@ -36,11 +36,13 @@ static_assert(is(TrackState::kNone, track_t::NONE) && is(TrackState::kLive, trac
 static_assert(is(TrackChange::kNone, track_t::CHANGE_NONE) && is(TrackChange::kInitiatedByNav, track_t::INITIATED_BY_NAV) &&
               is(TrackChange::kReplacedByNav, track_t::REPLACED_BY_NAV) && is(TrackChange::kHit, track_t::HIT) &&
               is(TrackChange::kMiss, track_t::MISS) && is(TrackChange::kDeletedByScore, track_t::DELETED_BY_SCORE) &&
-              is(TrackChange::kLeftImage, track_t::LEFT_IMAGE) && is(TrackChange::kTurnedAway, track_t::TURNED_AWAY));
+              is(TrackChange::kLeftImage, track_t::LEFT_IMAGE) && is(TrackChange::kTurnedAway, track_t::TURNED_AWAY) &&
+              is(TrackChange::kAgainstMotion, track_t::AGAINST_MOTION));
 
 static_assert(is(MatchReason::kMatched, measurement_t::MATCHED) && is(MatchReason::kNoCornerInGate, measurement_t::NO_CORNER_IN_GATE) &&
               is(MatchReason::kLostToOther, measurement_t::LOST_TO_OTHER) && is(MatchReason::kNotVisible, measurement_t::NOT_VISIBLE) &&
-              is(MatchReason::kInnovation, measurement_t::INNOVATION) && is(MatchReason::kNoConsensus, measurement_t::NO_CONSENSUS));
+              is(MatchReason::kInnovation, measurement_t::INNOVATION) && is(MatchReason::kNoConsensus, measurement_t::NO_CONSENSUS) &&
+              is(MatchReason::kAgainstMotion, measurement_t::AGAINST_MOTION) && is(MatchReason::kAmbiguous, measurement_t::AMBIGUOUS));
 
 static_assert(is(PointKind::kCorner, measurement_t::CORNER) && is(PointKind::kCrossing, measurement_t::CROSSING) && is(PointKind::kPatch, measurement_t::PATCH));
 static_assert(is(TruthVisibility::kHidden, truth_t::HIDDEN) && is(TruthVisibility::kVisible, truth_t::VISIBLE) &&

@@ -130,6 +130,80 @@ TEST_F(AlignTest, OfAPatternThatRepeatsNavigationSaysWhichAfterASilence) {
   }
 }
 
+TEST_F(AlignTest, AcquiresFromFiveMetresAndThreeDegreesAndThenMeasures) {
+  // GIVEN navigation 5 m and 3 degrees off that says so, and 80 corners of clutter over half the image
+  nav.covariance.diagonal() << Vec3::Constant(std::pow(1.75 * kDeg, 2)), Vec3::Constant(2.9 * 2.9);
+  const auto truth = moved(3 * kDeg * Vec3(0.6, -0.5, 0.6).normalized(), 5 * Vec3(0.7, 0.5, -0.4).normalized());
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  Alignment out;
+  int first = -1;
+  for (int frame = 0; frame < 20; ++frame) {
+    see(truth, 10, 80, static_cast<std::uint64_t>(frame + 1));
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + frame * 33'000'000LL}, &nav));
+    if (frame == 0) {
+      EXPECT_TRUE(aligner.acquiring());
+    }
+    aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
+    if (!out.consensus) continue;
+    // THEN what a search has found counts only when the next frame agrees, and from then on every frame is right
+    if (first < 0) first = frame;
+    EXPECT_GE(frame, 1);
+    EXPECT_LT(worst_px(out.T_c_k), 3) << frame;
+    EXPECT_FALSE(aligner.acquiring());
+  }
+  EXPECT_GE(first, 1);
+  EXPECT_LE(first, 5);
+}
+
+TEST_F(AlignTest, FindsItAgainAfterAJump) {
+  // GIVEN a tanker that was followed without navigation for a second; from one frame to the next it is 20 px away
+  AlignConfig config;
+  Aligner aligner(config, model, camera, T_c_r, 0);
+  Alignment out;
+  for (int frame = 0; frame < 30; ++frame) {
+    see(nav.T_r_k, 12, 60, static_cast<std::uint64_t>(frame + 1));
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + frame * 33'000'000LL}, frame == 0 ? &nav : nullptr));
+    aligner.step(*predicted, *corners, out);
+    aligner.learn(out);
+    ASSERT_TRUE(out.consensus) << frame;
+  }
+  see(moved(Vec3::Zero(), Vec3(0, 0.6, 0)), 12, 60, 99);
+  ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + 30 * 33'000'000LL}, nullptr));
+  aligner.step(*predicted, *corners, out);
+  // THEN it is found in that very frame
+  ASSERT_TRUE(out.consensus);
+  EXPECT_LT(worst_px(out.T_c_k), 2);
+}
+
+TEST_F(AlignTest, ABetterPoseSomePixelsAwayIsTaken) {
+  // GIVEN a tanker that was followed; the next frame shows five corners where it was and eleven where it is now, 9 px away
+  for (const double margin : {4.0, 1000.0}) {
+    AlignConfig config;
+    config.doubt_margin = margin;
+    Aligner aligner(config, model, camera, T_c_r, 0);
+    Alignment out;
+    for (int frame = 0; frame < 20; ++frame) {
+      see(nav.T_r_k, 12, 0, static_cast<std::uint64_t>(frame + 1));
+      ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + frame * 33'000'000LL}, frame == 0 ? &nav : nullptr));
+      aligner.step(*predicted, *corners, out);
+      aligner.learn(out);
+    }
+    const auto before = std::make_unique<CornerSet>(*corners);
+    see(moved(Vec3::Zero(), Vec3(0, 0.26, 0)), 11, 0, 50);
+    for (std::size_t i = 0; i < 5; ++i) corners->items.push_back(before->items[i]);
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + 20 * 33'000'000LL}, nullptr));
+    aligner.step(*predicted, *corners, out);
+    ASSERT_TRUE(out.consensus) << margin;
+    // THEN the better one wins; one that has to be better by more than anything can does not
+    if (margin < 100) {
+      EXPECT_LT(worst_px(out.T_c_k), 2);
+    } else {
+      EXPECT_GT(worst_px(out.T_c_k), 5);
+    }
+  }
+}
+
 TEST_F(AlignTest, GoesOnWithoutNavigationFromThePoseOfEarlierFrames) {
   Aligner aligner({}, model, camera, T_c_r, 0);
   Alignment out;

@@ -13,6 +13,7 @@ os.chdir(ROOT)
 sys.path.insert(0, "tools")
 import evaluate
 import evaluate_goals
+import evaluate_learned
 import evaluate_merge
 import evaluate_metrics
 import evaluate_pose
@@ -150,6 +151,29 @@ class Settings(unittest.TestCase):
         self.assertIn("gate_px = 6.0", evaluate_runs.profile_for("thesis-2007", "s1", "true-1hz", 30))
 
 
+class LearnedModels(unittest.TestCase):
+    def test_no_picture_that_was_learnt_from_is_scored(self):
+        for row, model, flight, first in evaluate_learned.TRIED:
+            for folder, part in map(evaluate_learned.split, evaluate_learned.MODELS[model]):
+                rate = 30 if evaluate_learned.recorded(flight) else evaluate_runs.frame_rate(flight)
+                if folder == flight:
+                    self.assertLess(float(part.split("-")[1]) * rate, first, row)
+
+    def test_what_is_learnt_from_has_no_seed_of_the_report(self):
+        self.assertIn(evaluate_learned.SEED, range(1, 21))
+
+    def test_rows_go_with_their_flights(self):
+        rows = lambda *a: [t[0] for t in evaluate_learned.wanted(*a)]
+        self.assertEqual(rows(["s2", "s3"], []), ["s2-learned"])
+        self.assertEqual(rows([], ["build/cube_6px.flight/"]), ["cube_6px-learned"])
+
+    def test_the_goals_have_rows(self):
+        there = {(row, evaluate_learned.CONDITION) for row, *_ in evaluate_learned.TRIED}
+        for what, flight, condition, *_ in evaluate_goals.goals():
+            if what.startswith("learned"):
+                self.assertIn((flight, condition), there)
+
+
 class Programs(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -186,6 +210,29 @@ class Programs(unittest.TestCase):
         found = evaluate_metrics.figures(features, frames, rig)
         self.assertGreater(found["scalars"]["position"]["frames"], 10)
         self.assertLess(found["scalars"]["error_px"]["median"], 2)
+
+    def test_a_learnt_feature_is_where_the_true_pose_puts_it(self):
+        # GIVEN a model whose learnt points are the surveyed ones under other ids, frames scored from the sixth on
+        with open(self.path("one/tanker.csv"), newline="") as file:
+            lines = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        axes = [k for k in lines[0] if k.split("_")[0] in "xyz"]
+        with open(self.path("learnt.csv"), "w") as file:
+            file.write("id,x,y,z,kind,enabled\n")
+            for r in lines:
+                place = ",".join(r[k] for k in axes)
+                file.write(f"{r['id']},{place},corner,0\n{int(r['id']) + 1000},{place},learnt,1\n")
+        self.call("evaluate", self.path("one"), "--out", self.path("learnt"), "--tanker", self.path("learnt.csv"), "--from", "5")
+        rows, frames, rig = evaluate_metrics.load(self.path("learnt"))
+        self.assertEqual((len(frames), rig["first_frame"]), (15, 5))
+        plain = self.tables("one")[0]
+        place = {(r["frame"] - 5, r["id"] + 1000): r for r in plain}
+        learnt = rows[rows["id"] > 1000]
+        self.assertGreater(len(learnt), 15 * 25)
+        for name in ("true_u", "true_v", "true_ideal_u", "true_ideal_v"):
+            np.testing.assert_allclose(learnt[name], [place[r["frame"], r["id"]][name] for r in learnt], atol=.05)
+        found = evaluate_metrics.figures(rows, frames, rig)["scalars"]
+        self.assertGreater(found["measurements_a_frame"], 15)
+        self.assertLess(found["error_px"]["median"], 2)
 
     def test_a_step_moves_what_navigation_says_from_its_time_on(self):
         self.call("disturb", self.path("one"), "--out", self.path("step"), "--at", "0.3", "--position", "2", "--seed", "4")

@@ -6,7 +6,6 @@
 #include <cmath>
 #include "test/tools/learn_scene.hpp"
 #include "tools/learn_cost.hpp"
-#include "tools/learn_trial.hpp"
 
 namespace cyclops {
 namespace {
@@ -108,38 +107,6 @@ TEST(Learn, ASurveyedPlaceThatIsAnotherPointLetsGo) {
   EXPECT_LT((points[2].p_k - scene.points[2]).norm(), 0.02) << "tied to a feature metres away";
 }
 
-TEST(Learn, AxesComeBackToWhereMostSurveyedFeaturesAgree) {
-  // GIVEN poses and points that share a turn, a shift and a scale, and surveyed features of which two are no learnt point but
-  //       have one beside them
-  // WHEN the axes are looked for
-  // THEN what was shared is gone, and no projection has changed
-  LearnScene scene(30);
-  scene.pose_rad = scene.pose_m = scene.survey_m = 1e-9;
-  scene.fly(20);
-  auto points = scene.matched(0.001);
-  for (std::size_t i = 0; i < 2; ++i) points[i].p_k.xyz += Vec3(0.03, -0.04, 0.03);
-  learn::move_axes({Vec3(0.001, -0.0005, 0.0008), Vec3(0.01, 0.015, -0.015), 1.0005, 8}, scene.views, points);
-  const auto before = scene.views.cameras[0]->project(scene.views.views[4].T_c_k * points[20].p_k);
-  const learn::AxesChange change = learn::find_axes(scene.views, points, {});
-  EXPECT_GE(change.agree, 5);
-  learn::move_axes(change, scene.views, points);
-  const auto after = scene.views.cameras[0]->project(scene.views.views[4].T_c_k * points[20].p_k);
-  EXPECT_LT((*before - *after).norm(), 1e-8);
-  double sum2 = 0;
-  for (std::size_t i = 2; i < points.size(); ++i) sum2 += (points[i].p_k - scene.points[i]).squaredNorm();
-  EXPECT_LT(std::sqrt(sum2 / 28), 0.01) << "of 2 cm that they were off";
-}
-
-TEST(Learn, AxesStayWhenTooFewFeaturesAgree) {
-  LearnScene scene(30);
-  scene.fly(20);
-  auto points = scene.matched(0.001);
-  for (auto& p : points) p.p_k.xyz += Vec3(3, 0, 0);
-  const learn::AxesChange change = learn::find_axes(scene.views, points, {});
-  EXPECT_EQ(change.scale, 1);
-  EXPECT_EQ(change.shift_m, Vec3(0, 0, 0));
-}
-
 TEST(Learn, FindsThePointsOfTheTankerAmongClutter) {
   // GIVEN 40 points, views with 10 corners each that belong to nothing, and poses a few tenths of a pixel off
   // WHEN all steps run
@@ -209,19 +176,6 @@ TEST(Learn, APointIsOnlyExpectedFromWhereItWasSeen) {
   const auto range = [&](int v) { return (scene.poses[static_cast<std::size_t>(v)] * scene.points[0]).xyz.norm(); };
   EXPECT_LT(range(30), sector.most_m);
   EXPECT_GT(range(0), sector.most_m);
-}
-
-TEST(Learn, PoseOfATrueFrameIsFoundFromItsPixels) {
-  LearnScene scene(20);
-  const align::CameraPose truth = LearnScene::pose_at(5, 40);
-  std::vector<learn::PointPixel> pixels;
-  for (const auto& p : scene.points) pixels.push_back({p, *scene.views.cameras[0]->project(truth * p), Mat2::Identity()});
-  align::Vec6 off;
-  off << 0.05, -0.03, 0.04, 1, -0.5, 2;
-  const auto fitted = learn::fit_pose(*scene.views.cameras[0], pixels, align::moved(truth, off));
-  ASSERT_TRUE(fitted);
-  EXPECT_LT(align::difference(fitted->T_c_k, truth).norm(), 1e-8);
-  EXPECT_FALSE(learn::fit_pose(*scene.views.cameras[0], {pixels.begin(), pixels.begin() + 3}, truth)) << "three points are too few";
 }
 
 TEST(Learn, AStretchOfAFlightIsAFolderAndSeconds) {

@@ -48,11 +48,12 @@ class TrackRig {
     }
     tracker_->nav_update(*set);
   }
-  void update(const std::vector<std::optional<Vec2>>& corners, double sigma_px = 0.5) {
+  void update(const std::vector<std::optional<Vec2>>& corners, double sigma_px = 0.5, MatchReason missed = MatchReason::kNoCornerInGate) {
     corners_->items.clear();
     matches_->clear();
     for (const auto& place : corners) {
       Match m;
+      m.reason = missed;
       if (place) {
         m.corner = static_cast<std::int32_t>(corners_->items.size());
         m.reason = MatchReason::kMatched;
@@ -66,7 +67,7 @@ class TrackRig {
     tracker_->update(*matches_, *corners_);
   }
   void hit(const Vec2& place, double sigma_px = 0.5) { update({place}, sigma_px); }
-  void miss() { update({std::nullopt}); }
+  void miss(MatchReason reason = MatchReason::kNoCornerInGate) { update({std::nullopt}, 0.5, reason); }
 
  private:
   std::unique_ptr<Tracker> tracker_;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "test/track/rig.hpp"
@@ -36,6 +37,72 @@ TEST(Tracker, ScoresHitsAndMissesAsInTheSpecification) {
   EXPECT_EQ(rig.counters().dropped, 1U);
   EXPECT_EQ(rig.counters().hits, 2U);
   EXPECT_EQ(rig.counters().misses, 4U);
+}
+
+TrackConfig by_likelihood() {
+  TrackConfig c = thesis(Filter::kAlphaBeta);
+  c.score = TrackScore::kLikelihood;
+  c.delete_at_score = 1000;
+  return c;
+}
+
+TEST(Tracker, ALikelihoodScoreIsTheSumOfItsFrames) {
+  TrackConfig config = by_likelihood();
+  config.score_most = 1000;
+  TrackRig rig(config);
+  rig.begin();
+  rig.nav({{100, 100}}, 1.0);
+  rig.hit({101, 100}, 1.0);  // S = 2 I, one half of squared innovation over S is 1/4
+  const double hit = std::log(0.8 / (0.001 * 2 * 3.14159265358979 * 2)) - 0.25;
+  EXPECT_NEAR(rig.track().log_likelihood, hit, 1e-9);
+  rig.begin();
+  rig.miss();
+  EXPECT_NEAR(rig.track().log_likelihood, hit + std::log(0.2), 1e-9);
+}
+
+TEST(Tracker, ALikelihoodScoreEndsATrackThatHasFallenTooFarWhateverItWas) {
+  // log(1 - 0.8) is -1.61 a miss, so the fourth passes 6; a long life before makes no difference, for the score is cut off
+  for (const int hits : {0, 3, 200}) {
+    TrackRig rig(by_likelihood());
+    rig.begin();
+    rig.nav({{100, 100}});
+    for (int n = 0; n < hits; ++n) { rig.hit({100, 100}); rig.begin(); }
+    for (int n = 1; n <= 4; ++n) {
+      rig.miss();
+      EXPECT_EQ(rig.track().state, n < 4 ? TrackState::kCoasting : TrackState::kDeleted) << hits << " hits, miss " << n;
+      if (n < 4) rig.begin();
+    }
+    EXPECT_EQ(rig.track().change, TrackChange::kDeletedByScore);
+  }
+}
+
+TEST(Tracker, HitsFarFromWhereTheyShouldBeLowerTheLikelihood) {
+  TrackRig near(by_likelihood()), far(by_likelihood());
+  for (TrackRig* rig : {&near, &far}) {
+    rig->begin();
+    rig->nav({{100, 100}}, 1.0);
+    rig->hit({rig == &near ? 100.0 : 104.0, 100});
+  }
+  EXPECT_LT(far.track().log_likelihood, near.track().log_likelihood);
+}
+
+TEST(Tracker, AMatchAgainstTheMotionEndsTheTrackUntilNavigationStartsItAgain) {
+  TrackRig rig(alpha_beta_thesis(5));
+  rig.begin();
+  rig.nav({{100, 100}});
+  rig.hit({100, 100});
+  rig.begin();
+  rig.miss(MatchReason::kAgainstMotion);
+  EXPECT_EQ(rig.track().change, TrackChange::kAgainstMotion);
+  EXPECT_EQ(rig.track().state, TrackState::kDeleted);
+  EXPECT_EQ(rig.counters().against_motion, 1U);
+  EXPECT_EQ(rig.counters().dropped, 0U);
+  rig.begin();
+  rig.hit({100, 100});
+  EXPECT_EQ(rig.track().state, TrackState::kDeleted);
+  rig.begin();
+  rig.nav({{100, 100}});
+  EXPECT_EQ(rig.track().state, TrackState::kLive);
 }
 
 TEST(Tracker, ScoreNeverFallsBelowZero) {

@@ -1,0 +1,63 @@
+#include "nav/nav_carry.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cyclops {
+namespace {
+
+RelativeState state() {
+  RelativeState s;
+  s.valid = true;
+  s.T_r_k = {Rotation<frame::R, frame::K>(Eigen::Quaterniond::Identity()), Point<frame::R>(Vec3(30, 1, -8))};
+  s.velocity_r = {-0.5, 0.2, 0.1};
+  s.rate_r = {0.02, 0, -0.01};
+  s.covariance = 0.01 * Mat6::Identity();
+  return s;
+}
+
+Time at(double s) { return Time{static_cast<std::int64_t>(1e9 * (10 + s))}; }
+
+TEST(NavCarry, MovesTheLastUpdateOnWithItsVelocityAndRate) {
+  NavConfig config;
+  NavCarry carry(config);
+  const RelativeState first = state(), none;
+  EXPECT_EQ(carry.at(at(-1), none), nullptr) << "nothing yet";
+  const RelativeState* now = carry.at(at(0), first);
+  ASSERT_NE(now, nullptr);
+  EXPECT_FALSE(now->extrapolated);
+  EXPECT_TRUE(now->covariance.isApprox(first.covariance));
+  const RelativeState* later = carry.at(at(0.8), none);
+  ASSERT_NE(later, nullptr);
+  EXPECT_TRUE(later->extrapolated);
+  EXPECT_TRUE(later->T_r_k.translation().xyz.isApprox(Vec3(29.6, 1.16, -7.92), 1e-12));
+  const Eigen::Quaterniond turned = so3_exp(0.8 * first.rate_r);
+  EXPECT_LT(later->T_r_k.rotation().quaternion().angularDistance(turned), 1e-12);
+}
+
+TEST(NavCarry, GrowsAsStatedAndEndsInTime) {
+  NavConfig config;
+  config.carry_s = 1;
+  config.carry_acceleration_mps2 = 0.4;
+  config.carry_angular_acceleration_rps2 = 0.1;
+  NavCarry carry(config);
+  const RelativeState none;
+  carry.at(at(0), state());
+  const RelativeState* later = carry.at(at(0.5), none);
+  ASSERT_NE(later, nullptr);
+  EXPECT_NEAR(later->covariance(0, 0), 0.01 + 0.0125 * 0.0125, 1e-15);
+  EXPECT_NEAR(later->covariance(5, 5), 0.01 + 0.05 * 0.05, 1e-15);
+  EXPECT_NE(carry.at(at(0.99), none), nullptr);
+  EXPECT_EQ(carry.at(at(1.01), none), nullptr);
+}
+
+TEST(NavCarry, IsOffWithZeroSeconds) {
+  NavConfig config;
+  config.carry_s = 0;
+  NavCarry carry(config);
+  const RelativeState none;
+  EXPECT_NE(carry.at(at(0), state()), nullptr) << "an update is itself";
+  EXPECT_EQ(carry.at(at(0.033), none), nullptr);
+}
+
+}  // namespace
+}  // namespace cyclops
