@@ -6,6 +6,7 @@
 ///   T = aligned * (change from navigation then to navigation now),  P = P_aligned + what P of navigation has grown by
 /// Time: within nav.carry_s of the update. Threads: one at a time. Memory: fixed.
 #include "align/pose.hpp"
+#include "msg/chain.hpp"
 #include "msg/tspi.hpp"
 
 namespace cyclops::align {
