@@ -145,6 +145,7 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
 
 void Aligner::learn(const Alignment& alignment) {
   if (s_->nav.valid) s_->anchor.set(s_->nav.T, s_->nav_covariance_r, alignment);
+  else if (s_->corrected) s_->anchor.reset();  // it was of the pose that has been left
   s_->learn(alignment);
   s_->track.end_frame(s_->nav);
 }

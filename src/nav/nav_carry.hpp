@@ -6,9 +6,10 @@
 ///   P(T) = P + diag( (1/2 D T^2)^2 , (1/2 A T^2)^2 )  A, D: relative accelerations that the update does not know
 ///
 /// Trust    an older update, moved on, is compared with each that comes when it is kHorizon old: in range and attitude it must, in the mean
-/// of the last few, have come within kTrust of the sigma stated (errors that last cancel). While it has not, nothing is carried on: a
-/// source whose velocities are wrong or left at zero is found out at its second update. Until then it is carried on for as long as what
-/// it does not know of the motion stays below kUnproven of the range: 1.4 s for a tanker at 30 m, 0.2 s for a thing in a hand.
+/// of the last few, have come within kTrust of the sigma stated, in range also of kUnproven of it (errors that last cancel). While it has
+/// not, nothing is carried on: a source whose velocities are wrong or left at zero is found out at its second update. Until then it is
+/// carried on for as long as what it does not know of the motion stays below kUnproven of the range: 1.1 s for a tanker at 30 m, 0.15 s
+/// for a thing in a hand.
 ///
 /// The motion of every feature in the image follows from it: away from the focus of expansion with v, along the flow of the rotation
 /// with w. Pictures hold range and attitude of the tanker only loosely; a pose that follows wrong corners leaves this motion.
@@ -25,7 +26,7 @@ namespace cyclops {
 class NavCarry {
  public:
   static constexpr double kHorizon_s = 0.5;
-  static constexpr double kTrust = 3;
+  static constexpr double kTrust = 1;
   static constexpr double kUnproven = 0.01;
 
   explicit NavCarry(const NavConfig& config) : config_(config) {}
@@ -72,7 +73,7 @@ class NavCarry {
       const double turned = so3_log(nav.T_r_k.rotation().quaternion() * then.rotation().quaternion().conjugate()).squaredNorm() / 3;
       const double gain = compared_ ? kGain : 1;
       turned_ += gain * (turned / square(turn(T)) - turned_);
-      ranged_ += gain * (square((is.norm() - was.norm()) / shift(T)) - ranged_);
+      ranged_ += gain * (square((is.norm() - was.norm()) / std::min(shift(T), kUnproven * is.norm())) - ranged_);
       compared_ = true;
     }
     mark_ = nav;
