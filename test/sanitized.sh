@@ -8,6 +8,7 @@ export ASAN_OPTIONS="halt_on_error=1:detect_stack_use_after_return=1:strict_stri
 export LSAN_OPTIONS="suppressions=$PWD/test/lsan.supp:print_suppressions=0"
 export UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1"
 export TSAN_OPTIONS="halt_on_error=1:exitcode=66:second_deadlock_stack=1:suppressions=$PWD/test/tsan.supp:print_suppressions=0"
+export OPENBLAS_NUM_THREADS=1  # Debian's is not built with ThreadSanitizer: what its threads do looks like a race
 here=()  # ThreadSanitizer cannot place its shadow everywhere: no random addresses
 [ "$variant" = tsan ] && here=(setarch "$(uname -m)" -R)
 
