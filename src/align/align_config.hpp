@@ -38,7 +38,7 @@ struct AlignConfig {
   double acquire_evidence{3};     ///< log-likelihood ratio against clutter that it has to have,
   double acquire_margin{5};       ///< and over another pose
   double doubt_px{8};             ///< so far about a pose with less than `sure_support` a better one is looked for; 0: never
-  int doubt_beam{64};             ///< readings kept in that search
+  int doubt_beam{16};             ///< readings kept in that search about a pose; about a lost track a quarter of acquire_beam
   double doubt_margin{4};         ///< evidence by which it has to be better
   double search_sigmas{2.5};      ///< a sub-image reaches this many sigma of the prediction beyond the buffer
   double search_most_px{60};      ///< but no further

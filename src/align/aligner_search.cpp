@@ -27,12 +27,12 @@ void Aligner::State::acquire(const PredictionSet& predicted, const CornerSet& co
   const Prior& last = track.prior();
   const bool at_once = track.blind_s() < kMoment_s;
   const Prior at = track.around(last.T, kAt_px);
-  const auto here = acquirer.search(at, predicted, corners, scatter, config.doubt_beam);
+  const auto here = acquirer.search(at, predicted, corners, scatter, config.acquire_beam / 4);
   if (at_once && here && likely(*here, at) && believe(*here, predicted, corners, out)) return;
   const double spread = track.spread_px(last.T, last.P);
   for (const double px : {config.doubt_px, config.acquire_from_px}) {
     const Prior prior = track.around(last.T, std::max(px, spread));
-    acquired = acquirer.search(prior, predicted, corners, scatter, px == config.acquire_from_px ? config.acquire_beam : config.doubt_beam);
+    acquired = acquirer.search(prior, predicted, corners, scatter, px == config.acquire_from_px ? config.acquire_beam : config.acquire_beam / 4);
     if (acquired && (!likely(*acquired, prior) || (here && acquired->evidence < here->evidence + config.doubt_margin))) acquired.reset();
     if (acquired) break;
   }

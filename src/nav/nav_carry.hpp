@@ -8,7 +8,7 @@
 /// Trust    an older update, moved on, is compared with each that comes when it is kHorizon old: in range and attitude it must, in the mean
 /// of the last few, have come within kTrust of the sigma stated, in range also of kUnproven of it (errors that last cancel). While it has
 /// not, nothing is carried on: a source whose velocities are wrong or left at zero is found out at its second update. Until then it is
-/// carried on for as long as what it does not know of the motion stays below kUnproven of the range: 1.1 s for a tanker at 30 m, 0.15 s
+/// carried on for as long as what it does not know of the motion stays below kUnproven of the range: 0.7 s for a tanker at 30 m, 0.1 s
 /// for a thing in a hand.
 ///
 /// The motion of every feature in the image follows from it: away from the focus of expansion with v, along the flow of the rotation
@@ -27,7 +27,7 @@ class NavCarry {
  public:
   static constexpr double kHorizon_s = 0.5;
   static constexpr double kTrust = 1;
-  static constexpr double kUnproven = 0.01;
+  static constexpr double kUnproven = 0.004;
 
   explicit NavCarry(const NavConfig& config) : config_(config) {}
 

@@ -55,12 +55,12 @@ TEST(NavCarry, OfANearThingItIsSureOnlyForAMomentUntilProven) {
   config.carry_acceleration_mps2 = 0.4;
   NavCarry carry(config);
   const RelativeState none;
-  RelativeState near = state();  // a hand's length away: 1 % of the range is 6 mm, which 0.4 m/s2 makes in 0.17 s
+  RelativeState near = state();  // a hand's length away: 0.4 % of the range are 2.4 mm, which 0.4 m/s2 makes in 0.11 s
   near.T_r_k = {near.T_r_k.rotation(), Point<frame::R>(Vec3(0.6, 0, 0))};
   near.velocity_r = near.rate_r = Vec3::Zero();
   carry.at(at(0), near);
-  EXPECT_NE(carry.at(at(0.16), none), nullptr);
-  EXPECT_EQ(carry.at(at(0.19), none), nullptr);
+  EXPECT_NE(carry.at(at(0.1), none), nullptr);
+  EXPECT_EQ(carry.at(at(0.12), none), nullptr);
   carry.at(at(1), near);  // as foretold
   EXPECT_NE(carry.at(at(1.5), none), nullptr);
 }

@@ -90,8 +90,9 @@ expect 1 "$work/nowhere: is no flight" cyclops-log cut "$work/nowhere" "$work/ne
 expect 1 "holds no published.lcm" cyclops-log export "$work/nowhere" --nav "$work/n.csv"
 expect other "--record-limit" cyclops --rig "$work/good/rig.toml" --record "$work" --record-limit -3
 
-# The service without a camera: it waits, and a signal ends it with the code for "no frame".
-timeout -s INT 4 test/in-netns.sh "$b/bin/cyclops" --rig "$work/good/rig.toml" --summary "$work/none.json" >"$work/out" 2>"$work/err"
+# The service without a camera: it waits, and a signal ends it with the code for "no frame". In the foreground: else timeout
+# signals twice, child and group, and the second signal ends the service at once.
+timeout --foreground -s INT 4 test/in-netns.sh "$b/bin/cyclops" --rig "$work/good/rig.toml" --summary "$work/none.json" >"$work/out" 2>"$work/err"
 tests=$((tests + 1))
 grep -q '0 frames went through' "$work/out" "$work/err" || { bad=$((bad + 1)); echo "FAILED: stopping a service without a camera"; cat "$work/out" "$work/err"; }
 grep -q '"frames_in_chain": 0' "$work/none.json" || { bad=$((bad + 1)); echo "FAILED: no summary of a service without a camera"; }
