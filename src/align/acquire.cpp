@@ -6,7 +6,7 @@
 namespace cyclops::align {
 namespace {
 
-constexpr double kGate = 11.8;            // squared Mahalanobis, 2 dof: 1.5 sigma of slack beyond 99 % for what is not linear
+constexpr double kGate = 11.8;            // squared Mahalanobis, 2 dof, 99.7 %: what is not linear needs some room
 constexpr double kCell_px = 32;
 constexpr double kCrowd_px = 50;          // radius in which corners around a corner are counted
 constexpr double kSame_px = 5;            // closer poses are one
@@ -73,7 +73,7 @@ void Acquirer::for_corners_near(const Vec2& uv, const Vec2& reach, Visit&& visit
 std::optional<Acquirer::Innovation> Acquirer::innovation(const Node& node, std::uint16_t feature) const {
   const auto at = projected(camera_, node.T, body_[feature]);
   if (!at || !camera_.inside(at->uv)) return std::nullopt;
-  return Innovation{at->by_pose, at->by_pose * node.P * at->by_pose.transpose() + variance_px2_[feature] * Mat2::Identity(), at->uv};
+  return Innovation{at->by_pose * node.P * at->by_pose.transpose() + variance_px2_[feature] * Mat2::Identity(), at->uv};
 }
 
 /// From the feature whose turn it is to the one that is then known best, and so on.

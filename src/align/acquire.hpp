@@ -22,7 +22,7 @@ namespace cyclops::align {
 struct Acquired {
   Prior pose;          ///< with the covariance that is left
   double evidence{0};  ///< log-likelihood ratio against clutter alone
-  double margin{0};    ///< over the best reading that is another pose
+  double margin{0};    ///< over the best reading that is another pose; over clutter or the last reading kept, where none is
   int found{0};        ///< features bound to a corner
   int in_view{0};      ///< of those that can be seen, within the image
 };
@@ -36,6 +36,7 @@ class Acquirer {
   /// the larger of those of the configuration.
   [[nodiscard]] std::optional<Acquired> search(const Prior& prior, const PredictionSet& predicted, const CornerSet& corners,
                                                const std::vector<double>& variance_px2, int beam);
+  void reset() { turn_ = 0; }
 
  private:
   static constexpr std::size_t kMostCorners = 512;
@@ -52,7 +53,6 @@ class Acquirer {
     std::int32_t corner;  // -1: the feature was not found
   };
   struct Innovation {
-    Jac J;
     Mat2 S;
     Vec2 uv;
   };
@@ -80,7 +80,7 @@ class Acquirer {
   std::vector<Node> nodes_, next_;
   std::vector<Child> children_;
   std::vector<std::uint64_t> places_;       // of the readings kept
-  const double* variance_px2_{nullptr};   // by feature
+  const double* variance_px2_{nullptr};     // by feature
   double log_clutter_{0};                   // log of corners a square pixel
   std::uint32_t turn_{0};                   // which feature begins
 };

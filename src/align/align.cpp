@@ -52,8 +52,7 @@ bool Aligner::State::agreed(const Alignment& a, const View& view) const {
 
 void Aligner::State::compare_with_navigation(Alignment& out) const {
   if (!nav.valid) return;
-  const Vec6 gap = difference(nav.T, out.T_c_k);
-  out.nav_disagreement = gap.dot((nav.P + out.covariance).ldlt().solve(gap));
+  out.nav_disagreement = align::squared_distance(nav.T, out.T_c_k, nav.P + out.covariance);
 }
 
 /// What this frame teaches about predicting the next one.
@@ -83,6 +82,7 @@ void Aligner::reset() {
   s_->scatter_frames.assign(s_->scatter_frames.size(), 0);
   s_->track.reset();
   s_->anchor.reset();
+  s_->acquirer.reset();
   s_->common.reset();
 }
 

@@ -6,8 +6,8 @@ namespace cyclops {
 namespace {
 
 using align::Acquired;
-using align::difference;
 using align::Prior;
+using align::squared_distance;
 using align::Vec6;
 
 constexpr double kMoment_s = 0.15;  // features have agreed a moment ago
@@ -27,12 +27,17 @@ void Aligner::State::acquire(const PredictionSet& predicted, const CornerSet& co
   const Prior& last = track.prior();
   const bool at_once = track.blind_s() < kMoment_s;
   const Prior at = track.around(last.T, kAt_px);
-  const auto here = acquirer.search(at, predicted, corners, scatter, config.acquire_beam / 4);
+  const int narrow_beam = config.acquire_beam / 4;
+  const auto here = acquirer.search(at, predicted, corners, scatter, narrow_beam);
   if (at_once && here && likely(*here, at) && believe(*here, predicted, corners, out)) return;
   const double spread = track.spread_px(last.T, last.P);
-  for (const double px : {config.doubt_px, config.acquire_from_px}) {
-    const Prior prior = track.around(last.T, std::max(px, spread));
-    acquired = acquirer.search(prior, predicted, corners, scatter, px == config.acquire_from_px ? config.acquire_beam : config.acquire_beam / 4);
+  struct Reach {
+    double px;
+    int beam;
+  };
+  for (const Reach& reach : {Reach{config.doubt_px, narrow_beam}, Reach{config.acquire_from_px, config.acquire_beam}}) {
+    const Prior prior = track.around(last.T, std::max(reach.px, spread));
+    acquired = acquirer.search(prior, predicted, corners, scatter, reach.beam);
     if (acquired && (!likely(*acquired, prior) || (here && acquired->evidence < here->evidence + config.doubt_margin))) acquired.reset();
     if (acquired) break;
   }
@@ -40,9 +45,10 @@ void Aligner::State::acquire(const PredictionSet& predicted, const CornerSet& co
 }
 
 bool Aligner::State::likely(const Acquired& found, const Prior& prior) const {
-  const auto off = [&](const Prior& p) { const Vec6 gap = difference(p.T, found.pose.T); return gap.dot(p.P.ldlt().solve(gap)); };
+  const auto off = [&](const Prior& p) { return squared_distance(p.T, found.pose.T, p.P); };
   if (off(prior) > align::kContradiction || (nav.valid && off(nav) > align::kContradiction)) return false;
-  return found.found >= std::max<double>(config.acquire_least, config.acquire_support * found.in_view) && found.evidence >= config.acquire_evidence && found.margin >= config.acquire_margin;
+  const double least = std::max<double>(config.acquire_least, config.acquire_support * found.in_view);
+  return found.found >= least && found.evidence >= config.acquire_evidence && found.margin >= config.acquire_margin;
 }
 
 /// Goes on from a pose that a search has found.
@@ -68,7 +74,7 @@ void Aligner::State::doubt(const PredictionSet& predicted, const CornerSet& corn
   auto there = acquirer.search(track.around(out.T_c_k, config.doubt_px), predicted, corners, scatter, config.doubt_beam);
   if (!here || !there || there->evidence < here->evidence + config.doubt_margin) return;
   there->margin = there->evidence - here->evidence;
-  const double disagreement = nav.valid ? [&] { const Vec6 gap = difference(nav.T, there->pose.T); return gap.dot((nav.P + there->pose.P).ldlt().solve(gap)); }() : 0;
+  const double disagreement = nav.valid ? squared_distance(nav.T, there->pose.T, nav.P + there->pose.P) : 0;
   if (disagreement >= std::max(align::kContradiction, out.nav_disagreement)) return;
   corrected = believe(*there, predicted, corners, out);
 }

@@ -31,6 +31,12 @@ inline Vec6 difference(const CameraPose& a, const CameraPose& b) {
   return d;
 }
 
+/// Squared Mahalanobis distance of two poses, 6 degrees of freedom. P: covariance of their difference.
+inline double squared_distance(const CameraPose& a, const CameraPose& b, const Mat6& P) {
+  const Vec6 gap = difference(a, b);
+  return gap.dot(P.ldlt().solve(gap));
+}
+
 struct Projected {
   Vec2 uv{0, 0};                                     ///< raw px
   Jac by_pose{Jac::Zero()};                          ///< d uv / d d
