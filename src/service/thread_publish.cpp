@@ -14,7 +14,7 @@ namespace {
 
 constexpr Duration kHealthEvery = Duration::from_ms(200);
 constexpr Duration kLookEvery = Duration::from_ms(20);   ///< so soon after its cause an alarm is out
-constexpr Duration kSpan = Duration::from_seconds(2.5);  ///< of the recent percentiles
+constexpr Duration kSpan = Duration::from_seconds(1);    ///< of the recent percentiles
 
 /// A small JPEG of any pixel format, stretched so that 0.5 % of it is black and 0.5 % white.
 void thumbnail(const ImageView& image, int side, std::vector<std::uint8_t>& jpeg) {
