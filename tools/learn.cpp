@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/learn_sift.hpp"
+
 namespace cyclops::tools::learn {
 namespace {
 
@@ -41,6 +43,13 @@ void drop_hopeless(std::vector<LearntPoint>& points) {
   std::erase_if(points, [](const LearntPoint& p) { return p.sights.size() < kLeastInRound || p.scatter_px > kHopeless_px; });
 }
 
+/// Says what it leaves out.
+void leave_out(const LearnConfig& config, const Views& views, std::vector<LearntPoint>& points, const Said& said) {
+  const Sifted sifted = sift(config.bundle, config.follow.beyond, views, points);
+  if (said && sifted.outside + sifted.undetermined > 0)
+    said("left out: " + std::to_string(sifted.outside) + " points that are not on the tanker, " + std::to_string(sifted.undetermined) + " whose corners do not tell where they are");
+}
+
 std::string counted(const char* what, std::size_t n) { return std::string(what) + ": " + std::to_string(n) + " points"; }
 
 }  // namespace
@@ -57,6 +66,7 @@ Result<std::vector<ChosenPoint>> learn_points(Views& views, const LearnConfig& c
     CYCLOPS_TRY(adjust(config.bundle, views, points));
     for (LearntPoint& p : points) rate(views.views, p);
     drop_hopeless(points);
+    leave_out(config, views, points, said);
     if (said) said(counted("adjusted", points.size()) + ", " + std::to_string(std::count_if(points.begin(), points.end(), [](const LearntPoint& p) { return p.survey >= 0; })) + " of them tied to the survey");
   }
   BundleConfig last = config.bundle;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/learn_sift.hpp"
+
 namespace cyclops::tools::learn {
 namespace {
 
@@ -10,21 +12,6 @@ constexpr std::size_t kMostUsed = 40;  // sights of one triangulation
 constexpr double kHuber = 2.5;         // sigma
 
 Point<frame::K> lens_in_body(const CameraPose& T_c_k) { return T_c_k.inverse() * Point<frame::C>{}; }
-
-struct Extent {
-  Vec3 low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
-  explicit Extent(const TankerModel& tanker) {
-    for (const Feature& f : tanker.features()) {
-      const Vec3 p = tanker.in_body(f).xyz;
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-  [[nodiscard]] double size() const { return (high - low).maxCoeff(); }
-  [[nodiscard]] bool holds(const Vec3& p, double beyond) const {
-    return ((p - low).array() > -beyond).all() && ((high - p).array() > -beyond).all();
-  }
-};
 
 struct Follower {
   LearntPoint point;

@@ -132,6 +132,29 @@ TEST(Learn, FindsThePointsOfTheTankerAmongClutter) {
   EXPECT_LT(chi2 / static_cast<double>(right), 6) << "3 is expected, inflation makes it less";
 }
 
+TEST(Learn, APointWhoseCornersDoNotTellItsDistanceIsLeftOut) {
+  // GIVEN a spot that is seen for 12 views in which the camera does not move: it may be anywhere on one line
+  // WHEN all steps run
+  // THEN it is left out, and said to be; all others have a covariance
+  LearnScene scene(20);
+  scene.pose_rad = scene.pose_m = 1e-9;
+  scene.clutter = 0;
+  scene.fly(30);
+  for (int i = 0; i < 12; ++i) {
+    learn::View still = scene.views.views[10];
+    for (learn::SeenCorner& c : still.corners) c.uv_px += Vec2(scene.normal(0.1), scene.normal(0.1));
+    still.corners.push_back({Vec2(500 + scene.normal(0.1), 520 + scene.normal(0.1)), Mat2::Identity() * 0.01, LearnScene::patch_of(77)});
+    scene.views.views.push_back(std::move(still));
+  }
+  std::size_t followed = 0;
+  std::string words;
+  const auto chosen = learn::learn_points(scene.views, {}, followed, [&](const std::string& text) { words += text + "\n"; });
+  ASSERT_TRUE(chosen.ok()) << chosen.error().message();
+  EXPECT_EQ(followed, 21U);
+  EXPECT_EQ(chosen->size(), 20U);
+  EXPECT_NE(words.find("left out: "), std::string::npos) << words;
+}
+
 TEST(Learn, NothingToLearnIsAnErrorThatSaysSo) {
   LearnScene scene(0);
   scene.points.emplace_back(0, 0, 0);
