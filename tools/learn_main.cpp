@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "tools/learn_file.hpp"
+#include "tools/learn_looks.hpp"
 #include "tools/learn_trial.hpp"
 
 namespace {
@@ -17,7 +18,7 @@ int fail(const cyclops::Error& error) {
 
 struct Options {
   std::vector<std::string> flights, tests;
-  std::string config, out, strength, tanker, figures;
+  std::string config, out, strength, tanker, figures, looks, survey_looks;
   bool add{false}, quiet{false};
   learn::LearnConfig learning{};
 };
@@ -28,6 +29,8 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--out", o.out, "model file to write");
   app.add_flag("--add", o.add, "the surveyed features stay switched on; learnt ones too near to one are left out");
   app.add_option("--strength", o.strength, "strength by flight and range of each learnt point, JSON");
+  app.add_option("--looks", o.looks, "looks of the features that are switched on in the model: written with --out, tried with --tanker");
+  app.add_option("--survey-looks", o.survey_looks, "looks of the surveyed features, to go with their own model: the same");
   app.add_option("--config", o.config, "profile; the built-in default when left out");
   app.add_option("--test", o.tests, "flights with truth to try the model on, beside the surveyed features; FOLDER@FROM-TO as above");
   app.add_option("--tanker", o.tanker, "with --test alone: the model to try");
@@ -47,15 +50,34 @@ cyclops::Result<std::vector<learn::Stretch>> stretches(const std::vector<std::st
   return out;
 }
 
+/// `model`: as written, or empty for the surveyed one.
+cyclops::Result<> write_looks(const Options& o, const cyclops::Profile& profile, const learn::Learnt& learnt, const std::string& path, const std::string& model, const learn::Said& said) {
+  const learn::Views& views = learnt.views;
+  cyclops::TankerModel tanker = views.tanker;
+  if (!model.empty()) {
+    auto read = cyclops::TankerModel::parse(model, o.out, views.metres_per_unit, views.tanker.ins().xyz / views.metres_per_unit);
+    if (!read.ok()) return read.error();
+    tanker = std::move(read).value();
+  }
+  const cyclops::Looks looks = learn::learn_looks(profile.patch, {}, views, tanker);
+  said(path + ": " + std::to_string(looks.items.size()) + " looks");
+  return learn::write_text(path, looks.text());
+}
+
 cyclops::Result<> learn_it(const Options& o, const cyclops::Profile& profile) {
   auto flights = stretches(o.flights);
   if (!flights.ok()) return flights.error();
   const auto said = [&](const std::string& text) {
     if (!o.quiet) std::fprintf(stderr, "cyclops-learn: %s\n", text.c_str());
   };
-  auto learnt = learn::learn(*flights, profile, o.learning, said);
+  learn::LearnConfig config = o.learning;
+  config.views.pictures = !o.looks.empty() || !o.survey_looks.empty();
+  auto learnt = learn::learn(*flights, profile, config, said);
   if (!learnt.ok()) return learnt.error();
-  CYCLOPS_TRY(learn::write_text(o.out, learn::model_csv(*learnt, o.add ? learn::Mix::kAdd : learn::Mix::kReplace, o.learning.choose.apart_px)));
+  const std::string model = learn::model_csv(*learnt, o.add ? learn::Mix::kAdd : learn::Mix::kReplace, o.learning.choose.apart_px);
+  CYCLOPS_TRY(learn::write_text(o.out, model));
+  if (!o.looks.empty()) CYCLOPS_TRY(write_looks(o, profile, *learnt, o.looks, model, said));
+  if (!o.survey_looks.empty()) CYCLOPS_TRY(write_looks(o, profile, *learnt, o.survey_looks, {}, said));
   if (!o.strength.empty()) CYCLOPS_TRY(learn::write_text(o.strength, learn::strength_json(*learnt)));
   std::printf("%s: %zu points from %zu views, %zu of them where a surveyed feature is\n", o.out.c_str(), learnt->points.size(), learnt->views.views.size(),
               static_cast<std::size_t>(std::count_if(learnt->points.begin(), learnt->points.end(), [](const auto& c) { return c.point.survey >= 0; })));
@@ -66,9 +88,12 @@ cyclops::Result<> test_it(const Options& o, const cyclops::Profile& profile, con
   auto flights = stretches(o.tests);
   if (!flights.ok()) return flights.error();
   nlohmann::json all = nlohmann::json::array();
+  std::vector<std::pair<std::string, std::string>> trials{{{}, {}}, {tanker, {}}};  // model, looks
+  if (!o.survey_looks.empty()) trials.emplace_back("", o.survey_looks);
+  if (!o.looks.empty()) trials.emplace_back(tanker, o.looks);
   for (const learn::Stretch& s : *flights)
-    for (const std::string& model : {std::string{}, tanker}) {
-      auto figures = learn::try_model(s, model, profile);
+    for (const auto& [model, looks] : trials) {
+      auto figures = learn::try_model(s, model, looks, profile);
       if (!figures.ok()) return figures.error();
       std::printf("%s\n", learn::trial_line(*figures).c_str());
       std::fflush(stdout);

@@ -123,7 +123,7 @@ json figures_of(const Errors& e) {
 
 }  // namespace
 
-Result<json> try_model(const Stretch& stretch, const std::string& tanker, const Profile& profile) {
+Result<json> try_model(const Stretch& stretch, const std::string& tanker, const std::string& looks, const Profile& profile) {
   auto flight = FlightReader::open(stretch.folder);
   if (!flight.ok()) return flight.error();
   auto own = Rig::load(flight->path("rig.toml"));
@@ -132,13 +132,14 @@ Result<json> try_model(const Stretch& stretch, const std::string& tanker, const 
   if (!truth.ok()) return truth.error();
   Tester tester(stretch, *own, *truth, flight->manifest().first_frame_ns);
   const std::string log = (std::filesystem::temp_directory_path() / ("cyclops-learn-" + std::to_string(getpid()) + ".lcm")).string();
-  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& rig, const FrameOutput& out, const ImageView&) { tester.see(rig, out); }, {.tanker = tanker, .most_frames = stretch.frames(flight->manifest())});
+  const auto run = run_offline(stretch.folder, profile, log, {}, [&](const Rig& rig, const FrameOutput& out, const ImageView&) { tester.see(rig, out); }, {.tanker = tanker, .looks = looks, .most_frames = stretch.frames(flight->manifest())});
   std::error_code ignored;
   std::filesystem::remove(log, ignored);
   if (!run.ok()) return run.error();
   json j = figures_of(tester.errors());
   j["flight"] = std::filesystem::path(stretch.folder).filename().string();
   j["model"] = tanker.empty() ? "surveyed" : std::filesystem::path(tanker).filename().string();
+  if (!looks.empty()) j["model"] = j["model"].get<std::string>() + "+looks";
   j["chain_p50_us"] = static_cast<double>(run->chain.quantile(0.5).ns) * 1e-3;
   j["chain_p99_us"] = static_cast<double>(run->chain.quantile(0.99).ns) * 1e-3;
   return j;

@@ -10,8 +10,8 @@
 
 namespace cyclops::tools::learn {
 
-/// `tanker`: model file, or empty for the flight's own.
-Result<nlohmann::json> try_model(const Stretch& flight, const std::string& tanker, const Profile& profile);
+/// `tanker`: model file, or empty for the flight's own. `looks`: of its features, or empty.
+Result<nlohmann::json> try_model(const Stretch& flight, const std::string& tanker, const std::string& looks, const Profile& profile);
 
 /// One line for people.
 [[nodiscard]] std::string trial_line(const nlohmann::json& figures);

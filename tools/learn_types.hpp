@@ -27,6 +27,15 @@ struct SeenCorner {
   Patch patch{};
 };
 
+/// Part of a frame, in its own format; empty unless looks are wanted.
+struct Picture {
+  int u0{0}, v0{0};                   ///< of its first pixel, in the frame
+  int width{0}, height{0};
+  PixelFormat format{PixelFormat::kMono8};
+  std::vector<std::uint8_t> pixels;
+  [[nodiscard]] ImageView image() const { return {pixels.data(), width, height, width * bytes_per_pixel(format), format}; }
+};
+
 /// One frame whose pose the features agreed on.
 struct View {
   int flight{0};                      ///< index into Views::flights
@@ -35,6 +44,8 @@ struct View {
   CameraPose T_c_k{};
   Mat6 covariance{Mat6::Identity()};  ///< as Alignment::covariance
   std::vector<SeenCorner> corners;
+  Picture picture{};
+  std::vector<bool> visible{};        ///< by surveyed feature: predicted to be seen; only with a picture
 };
 
 /// Views in order of time, flight after flight.

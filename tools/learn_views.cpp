@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <unistd.h>
 
@@ -39,6 +40,15 @@ SubImageSet area_of(const PredictionSet& aligned, const Camera& camera, const Vi
   return out;
 }
 
+Picture part_of(const ImageView& image, const SubImage& box) {
+  Picture out{box.u0, box.v0, box.width, box.height, image.format, {}};
+  const int side = bytes_per_pixel(image.format);
+  out.pixels.resize(static_cast<std::size_t>(box.width) * box.height * side);
+  for (int v = 0; v < box.height; ++v)
+    std::memcpy(&out.pixels[static_cast<std::size_t>(v) * box.width * side], image.row8(box.v0 + v) + static_cast<std::ptrdiff_t>(box.u0) * side, static_cast<std::size_t>(box.width) * side);
+  return out;
+}
+
 /// Takes every n-th frame of a stretch that has a pose.
 class Taker {
  public:
@@ -59,8 +69,14 @@ class Taker {
       detector_ = std::make_unique<CornerDetector>(profile_.detect, image.width, image.height);
       corners_ = std::make_unique<CornerSet>();
     }
-    detector_->detect(image, nullptr, area_of(frame.aligned, rig.camera, config_), *corners_);
+    const SubImageSet area = area_of(frame.aligned, rig.camera, config_);
+    detector_->detect(image, nullptr, area, *corners_);
     View view{flight_, t_s, out_.cameras.back().get(), frame.alignment.T_c_k, frame.alignment.covariance, {}};
+    if (config_.pictures && !area.empty()) {
+      view.picture = part_of(image, area[0]);
+      view.visible.resize(rig.tanker.features().size());
+      for (const Prediction& p : frame.aligned.items) view.visible[p.feature] = p.visibility == Visibility::kVisible;
+    }
     for (const Corner& c : corners_->items) {
       SeenCorner seen{c.uv_px, c.cov_px2, {}};
       if (c.subpixel && take_patch(image, c.uv_px, seen.patch)) view.corners.push_back(seen);

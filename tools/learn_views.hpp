@@ -23,6 +23,7 @@ struct ViewsConfig {
   int most_corners{500};      ///< of one view; the strongest stay
   double margin{0.08};        ///< the area searched reaches beyond the surveyed features by this share of their extent, but
   double margin_least_px{20}; ///< at least so far
+  bool pictures{false};       ///< views keep the part of the frame that was searched
 };
 
 /// Frames without consensus are left out. Errors: kInvalid when the flights are not of the same surveyed tanker or no frame

@@ -116,7 +116,7 @@ Result<OfflineResult> run_offline(const std::string& folder, const Profile& prof
                                   const std::function<void(double)>& progress, const FrameObserver& observe, const OfflineOptions& options) {
   auto flight = FlightReader::open(folder);
   if (!flight.ok()) return flight.error();
-  auto rig = Rig::load(flight->path("rig.toml"), options.tanker);
+  auto rig = Rig::load(flight->path("rig.toml"), options.tanker, options.looks);
   if (!rig.ok()) return rig.error();
   auto writer = record::EventLogWriter::create(log);
   if (!writer.ok()) return writer.error();

@@ -29,6 +29,7 @@ using FrameObserver = std::function<void(const Rig&, const FrameOutput&, const I
 
 struct OfflineOptions {
   std::string tanker{};                   ///< a model file to use instead of the flight's own
+  std::string looks{};                    ///< and looks of its features
   std::int64_t most_frames{std::numeric_limits<std::int64_t>::max()};  ///< ends early after so many
 };
 

@@ -32,11 +32,12 @@ int fail(const cyclops::Error& error) {
 int main(int argc, char** argv) {
   CLI::App app{"Runs a flight through the stages of the service, without sockets: the same bits at every run."};
   app.set_version_flag("--version", CYCLOPS_VERSION);
-  std::string flight, config, tanker, out, summary_path, scores;
+  std::string flight, config, tanker, looks, out, summary_path, scores;
   bool quiet = false;
   app.add_option("flight", flight, "flight folder")->required();
   app.add_option("--config", config, "profile; that of the sortie or else the built-in default when left out");
   app.add_option("--tanker", tanker, "model file to use instead of the flight's own, in its axes and units");
+  app.add_option("--looks", looks, "learnt looks of the features of that model, in place of the flight's own");
   app.add_option("--out", out, "measurements: .csv a table, .lcm every message as an LCM event log");
   app.add_option("--summary", summary_path, "figures as JSON; '-' for standard output");
   app.add_option("--scores", scores, "errors against truth by frame and feature, CSV");
@@ -55,7 +56,7 @@ int main(int argc, char** argv) {
   const bool show = !quiet && isatty(2) != 0;
   const auto result = cyclops::tools::run_offline(flight, profile, log, [&](double share) {
     if (show) std::fprintf(stderr, "\r%3.0f %%", 100 * share);
-  }, {}, {.tanker = tanker});
+  }, {}, {.tanker = tanker, .looks = looks});
   if (show) std::fprintf(stderr, "\r     \r");
   const auto remove_log = [&] {
     std::error_code ignored;

@@ -13,49 +13,28 @@ constexpr int kMostMisses = 5;          // in a row, then the patch is taken ane
 constexpr double kLongest = 60;         // frames: the anchor follows the mean of so many
 constexpr double kWanderGain = 0.2;
 constexpr double kUnknownWander = 2;     // of a patch just taken, in units of the most that is steady
-constexpr int kRefine = 6;
-constexpr double kLeastContrast = 2.0;  // counts, rms of a patch
 
-template <class T>
-void copy(const ImageView& image, int u0, int v0, int side, float* out) {
-  for (int v = 0; v < side; ++v) {
-    const T* row = reinterpret_cast<const T*>(image.row8(v0 + v)) + u0;
-    for (int u = 0; u < side; ++u) out[v * side + u] = static_cast<float>(row[u]);
-  }
-}
-
-/// A square of whole pixels as floats; false when it is not all there.
-bool read_square(const ImageView& image, const RowMask* missing, int u0, int v0, int side, float* out) {
-  if (u0 < 0 || v0 < 0 || u0 + side > image.width || v0 + side > image.height) return false;
-  for (int v = v0; missing != nullptr && v < v0 + side; ++v)
-    if (missing->missing(v)) return false;
-  if (bytes_per_pixel(image.format) == 1) copy<std::uint8_t>(image, u0, v0, side, out);
-  else copy<std::uint16_t>(image, u0, v0, side, out);
-  return true;
-}
-
-float between(const float* image, int side, double u, double v) {
-  const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
-  const auto fu = static_cast<float>(u - u0), fv = static_cast<float>(v - v0);
-  const float *a = image + v0 * side + u0, *b = a + side;
-  const float top = a[0] + fu * (a[1] - a[0]), low = b[0] + fu * (b[1] - b[0]);
-  return top + fv * (low - top);
+/// Line of sight in the tanker's axes, and range.
+bool looks_alike(const PatchConfig& config, const Pose<frame::C, frame::K>& taken, const Pose<frame::C, frame::K>& T, const Point<frame::K>& p_k) {
+  const Vec3 then = taken.rotation().matrix().transpose() * (taken * p_k).xyz;
+  const Vec3 now = T.rotation().matrix().transpose() * (T * p_k).xyz;
+  const double scale = then.norm() / now.norm();
+  return scale < config.scale && scale > 1 / config.scale && then.normalized().dot(now.normalized()) > std::cos(config.view_deg * kDeg);
 }
 
 }  // namespace
 
-PatchMatcher::PatchMatcher(const PatchConfig& config, const TankerModel& model, const Camera& camera)
-    : config_(config), camera_(camera), side_(2 * config.half_px + 1) {
+PatchMatcher::PatchMatcher(const PatchConfig& config, const TankerModel& model, const Camera& camera, const Looks& looks)
+    : config_(config), search_(config, camera), looks_(config, camera, looks, std::min(model.features().size(), kMaxFeatures)) {
   const std::size_t n = std::min(model.features().size(), kMaxFeatures);
   body_.reserve(n);
   for (std::size_t i = 0; i < n; ++i) body_.push_back(model.in_body(model.features()[i]));
   if (config.enabled) patches_.resize(n);
-  sum_.resize((kField + 1) * (kField + 1));
-  sum2_.resize((kField + 1) * (kField + 1));
 }
 
 void PatchMatcher::reset() {
   for (Patch& p : patches_) p.known = false;
+  looks_.reset();
 }
 
 void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners) {
@@ -63,193 +42,49 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
   const bool supported = alignment.inliers >= config_.least_support * alignment.considered;
   for (const Prediction& p : aligned.items) {
     if (p.visibility != Visibility::kVisible) continue;
-    Patch& patch = patches_[p.feature];
-    Vec2 place = p.uv_px;
-    bool anew = !patch.known;
-    if (patch.known) {
-      Found found;
-      if (turn(patch, alignment.T_c_k, p.feature) && match(image, missing, p, alignment.common_px, found)) {
-        patch.misses = 0;
-        const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
-        patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
-        patch.frames = std::min(patch.frames + 1, kLongest);
-        patch.offset_px += gap / patch.frames;
-        place = found.uv_px - patch.offset_px;
-        Corner corner;
-        corner.uv_px = place;
-        corner.cov_px2 = found.cov_px2 + p.cov_px2 + config_.anchor_floor_px * config_.anchor_floor_px * Mat2::Identity();
-        corner.subpixel = true;
-        corner.kind = PointKind::kPatch;
-        corner.feature = p.feature;
-        const bool steady = patch.wander2 <= config_.steady_px * config_.steady_px;
-        if (supported && steady && larger_sigma(corner.cov_px2) <= config_.sigma_most_px && !corners.items.try_push_back(corner)) ++corners.overflow;
-        anew = !looks_alike(patch, alignment.T_c_k, p.feature);
-      } else {
-        anew = ++patch.misses >= kMostMisses;
-      }
+    Corner corner, learnt;
+    bool good = own(image, missing, alignment, p, corner);
+    if (looks_.find(search_, image, missing, alignment, p, learnt) && (!good || larger_sigma(learnt.cov_px2) < larger_sigma(corner.cov_px2))) {
+      corner = learnt;
+      good = true;
     }
-    if (!anew) continue;
-    const double frames = patch.known && patch.misses == 0 ? 0.5 * patch.frames : 0;
-    patch.known = take(image, missing, alignment.T_c_k, place, patch);
-    patch.frames = std::max(1.0, frames);
-    patch.offset_px.setZero();
-    if (frames == 0) patch.wander2 = kUnknownWander * config_.steady_px * config_.steady_px;
-    patch.misses = 0;
+    if (supported && good && !corners.items.try_push_back(corner)) ++corners.overflow;
   }
 }
 
-bool PatchMatcher::take(const ImageView& image, const RowMask* missing, const Pose<frame::C, frame::K>& T, const Vec2& uv, Patch& patch) const {
-  const int u = static_cast<int>(std::lround(uv.x())), v = static_cast<int>(std::lround(uv.y()));
-  if (!read_square(image, missing, u - kStoreHalf, v - kStoreHalf, kStore, patch.store.data())) return false;
-  patch.inside_px = uv - Vec2(u, v);
-  patch.T_c_k = T;
-  return true;
-}
-
-/// Line of sight in the tanker's axes, and range.
-bool PatchMatcher::looks_alike(const Patch& patch, const Pose<frame::C, frame::K>& T, std::size_t feature) const {
-  const Vec3 then = patch.T_c_k.rotation().matrix().transpose() * (patch.T_c_k * body_[feature]).xyz;
-  const Vec3 now = T.rotation().matrix().transpose() * (T * body_[feature]).xyz;
-  const double scale = then.norm() / now.norm();
-  return scale < config_.scale && scale > 1 / config_.scale && then.normalized().dot(now.normalized()) > std::cos(config_.view_deg * kDeg);
-}
-
-/// The patch as the pose says it should look now: a small plane through the feature, facing the camera when it was taken.
-bool PatchMatcher::turn(const Patch& patch, const Pose<frame::C, frame::K>& T, std::size_t feature) {
-  const Vec3 p_c = (patch.T_c_k * body_[feature]).xyz;
-  const double step = 4 * p_c.z() / camera_.intrinsics().fx_px;
-  const Vec3 ray = p_c.normalized();
-  const Vec3 right = (Vec3::UnitX() - ray.x() * ray).normalized(), down = ray.cross(right);
-  const Pose<frame::K, frame::C> back = patch.T_c_k.inverse();
-  Mat2 then, now;
-  const auto old = camera_.project(Point<frame::C>(p_c)), here = camera_.project(T * body_[feature]);
-  if (!old || !here) return false;
-  for (int i = 0; i < 2; ++i) {
-    const Point<frame::C> aside(p_c + step * (i == 0 ? right : down));
-    const auto a = camera_.project(aside), b = camera_.project(T * (back * aside));
-    if (!a || !b) return false;
-    then.col(i) = *a - *old;
-    now.col(i) = *b - *here;
-  }
-  if (!(std::fabs(now.determinant()) > 1e-6)) return false;
-  const Mat2 A = then * now.inverse();  // offset now -> offset then
-  const int h = config_.half_px;
-  double sum = 0, sum2 = 0;
-  for (int v = -h; v <= h; ++v)
-    for (int u = -h; u <= h; ++u) {
-      const Vec2 q = A * Vec2(u, v) + patch.inside_px + Vec2(kStoreHalf, kStoreHalf);
-      if (!(q.x() >= 0 && q.y() >= 0 && q.x() < kStore - 1 && q.y() < kStore - 1)) return false;
-      const float x = between(patch.store.data(), kStore, q.x(), q.y());
-      warped_[static_cast<std::size_t>((v + h) * side_ + u + h)] = x;
-      sum += x;
-      sum2 += static_cast<double>(x) * x;
-    }
-  const double n = side_ * side_, mean = sum / n;
-  for (int i = 0; i < side_ * side_; ++i) warped_[static_cast<std::size_t>(i)] -= static_cast<float>(mean);
-  warped_norm_ = std::sqrt(std::max(0.0, sum2 - n * mean * mean));
-  return warped_norm_ > kLeastContrast * std::sqrt(n);
-}
-
-/// The image around a place; `origin` is the pixel of its first element.
-bool PatchMatcher::read_field(const ImageView& image, const RowMask* missing, const Vec2& around, int search, Vec2& origin) {
-  field_side_ = side_ + 2 * search + 2;
-  const int u0 = static_cast<int>(std::floor(around.x())) - config_.half_px - search, v0 = static_cast<int>(std::floor(around.y())) - config_.half_px - search;
-  origin = {u0, v0};
-  return read_square(image, missing, u0, v0, field_side_, field_.data());
-}
-
-bool PatchMatcher::match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out) {
-  const double sigma = larger_sigma(aligned.cov_px2 - common_px * common_px * Mat2::Identity());  // an error of every frame moves no patch
-  const int search = std::min(kMostSearch, 1 + static_cast<int>(std::ceil(std::min(config_.search_most_px, std::max(1.0, config_.search_sigmas * sigma)))));
-  Vec2 origin;
-  if (!read_field(image, missing, aligned.uv_px, search, origin)) return false;
-  Vec2 shift{0, 0};
-  if (correlate(2 * search + 2, shift) < config_.least_correlation) return false;
-  if (!refine(shift, out.cov_px2)) return false;
-  out.uv_px = origin + shift + Vec2(config_.half_px, config_.half_px);
-  return (out.uv_px - aligned.uv_px).norm() < search + 1;
-}
-
-/// The whole-pixel shift below `shifts` in u and v with the largest normalised cross-correlation, which is returned.
-double PatchMatcher::correlate(int shifts, Vec2& shift) {
-  sum_fields();
-  const int n = side_ * side_, stride = field_side_ + 1;
-  double best = -1;
-  for (int dv = 0; dv < shifts; ++dv) {
-    std::array<float, 2 * kMostSearch + 2> cross{};
-    for (int v = 0; v < side_; ++v)
-      for (int u = 0; u < side_; ++u) {
-        const float w = warped_[static_cast<std::size_t>(v * side_ + u)];
-        const float* f = &field_[static_cast<std::size_t>((v + dv) * field_side_ + u)];
-        for (int du = 0; du < shifts; ++du) cross[static_cast<std::size_t>(du)] += w * f[du];
-      }
-    for (int du = 0; du < shifts; ++du) {
-      const auto box = [&](const std::vector<double>& sums) {
-        const double* top = &sums[static_cast<std::size_t>(dv * stride + du)];
-        const double* low = top + side_ * stride;
-        return low[side_] - low[0] - top[side_] + top[0];
-      };
-      const double sum = box(sum_), norm = std::sqrt(std::max(1e-9, box(sum2_) - sum * sum / n));
-      const double correlation = cross[static_cast<std::size_t>(du)] / (norm * warped_norm_);
-      if (correlation <= best) continue;
-      best = correlation;
-      shift = {du, dv};
+/// By the feature's own patch of this flight, which learns from the frame. False: not found, or not to be believed.
+bool PatchMatcher::own(const ImageView& image, const RowMask* missing, const Alignment& alignment, const Prediction& p, Corner& corner) {
+  Patch& patch = patches_[p.feature];
+  Vec2 place = p.uv_px;
+  bool anew = !patch.known, good = false;
+  if (patch.known) {
+    PatchSearch::Found found;
+    if (search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) && search_.match(image, missing, p, alignment.common_px, found)) {
+      patch.misses = 0;
+      const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
+      patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
+      patch.frames = std::min(patch.frames + 1, kLongest);
+      patch.offset_px += gap / patch.frames;
+      place = found.uv_px - patch.offset_px;
+      corner.uv_px = place;
+      corner.cov_px2 = found.cov_px2 + p.cov_px2 + config_.anchor_floor_px * config_.anchor_floor_px * Mat2::Identity();
+      corner.subpixel = true;
+      corner.kind = PointKind::kPatch;
+      corner.feature = p.feature;
+      good = patch.wander2 <= config_.steady_px * config_.steady_px && larger_sigma(corner.cov_px2) <= config_.sigma_most_px;
+      anew = !looks_alike(config_, patch.stored.T_c_k, alignment.T_c_k, body_[p.feature]);
+    } else {
+      anew = ++patch.misses >= kMostMisses;
     }
   }
-  return best;
-}
-
-/// Sums of the field and its squares over all rectangles that begin at its first element.
-void PatchMatcher::sum_fields() {
-  const int stride = field_side_ + 1;
-  std::fill_n(sum_.begin(), stride, 0.0);
-  std::fill_n(sum2_.begin(), stride, 0.0);
-  for (int v = 0; v < field_side_; ++v) {
-    double row = 0, row2 = 0;
-    sum_[static_cast<std::size_t>((v + 1) * stride)] = sum2_[static_cast<std::size_t>((v + 1) * stride)] = 0;
-    for (int u = 0; u < field_side_; ++u) {
-      const double x = field_[static_cast<std::size_t>(v * field_side_ + u)];
-      row += x;
-      row2 += x * x;
-      const auto at = static_cast<std::size_t>((v + 1) * stride + u + 1);
-      sum_[at] = sum_[at - static_cast<std::size_t>(stride)] + row;
-      sum2_[at] = sum2_[at - static_cast<std::size_t>(stride)] + row2;
-    }
-  }
-}
-
-/// Shift between pixels: gain and mean of the brightness are free.
-bool PatchMatcher::refine(Vec2& shift, Mat2& cov) const {
-  const Vec2 start = shift;
-  for (int round = 0; round < kRefine; ++round) {
-    if (!(shift.x() >= 1 && shift.y() >= 1 && shift.x() + side_ + 1 < field_side_ && shift.y() + side_ + 1 < field_side_)) return false;
-    // Values and central differences of the field under the patch, projected off the two brightness parameters.
-    double n = 0, i1 = 0, x1 = 0, y1 = 0, ii = 0, iw = 0, xw = 0, yw = 0, xx = 0, xy = 0, yy = 0, xi = 0, yi = 0;
-    for (int v = 0; v < side_; ++v)
-      for (int u = 0; u < side_; ++u) {
-        const double fu = shift.x() + u, fv = shift.y() + v;
-        const double i = between(field_.data(), field_side_, fu, fv), w = warped_[static_cast<std::size_t>(v * side_ + u)];
-        const double x = 0.5 * (between(field_.data(), field_side_, fu + 1, fv) - between(field_.data(), field_side_, fu - 1, fv));
-        const double y = 0.5 * (between(field_.data(), field_side_, fu, fv + 1) - between(field_.data(), field_side_, fu, fv - 1));
-        n += 1;
-        i1 += i, x1 += x, y1 += y, ii += i * i, iw += i * w;
-        xw += x * w, yw += y * w, xx += x * x, xy += x * y, yy += y * y, xi += x * i, yi += y * i;
-      }
-    // Unknowns: shift of the image against the patch. Model: i + x dx + y dy = a + b w, with sum of w zero.
-    const double ww = warped_norm_ * warped_norm_;
-    Mat2 N;
-    N << xx - x1 * x1 / n - xw * xw / ww, xy - x1 * y1 / n - xw * yw / ww, 0, yy - y1 * y1 / n - yw * yw / ww;
-    N(1, 0) = N(0, 1);
-    const Vec2 b(xi - x1 * i1 / n - xw * iw / ww, yi - y1 * i1 / n - yw * iw / ww);
-    if (!(N.determinant() > 1e-6 * N.trace() * N.trace())) return false;
-    const Vec2 change = -N.inverse() * b;
-    const double left = std::max(0.0, ii - i1 * i1 / n - iw * iw / ww) / (n - 4);
-    cov = 2 * std::max(left, 1.0 / 12) * N.inverse();
-    shift += change;
-    if ((shift - start).norm() > 1.5) return false;
-    if (change.norm() < 0.01) return true;
-  }
-  return true;
+  if (!anew) return good;
+  const double frames = patch.known && patch.misses == 0 ? 0.5 * patch.frames : 0;
+  patch.known = search_.take(image, missing, alignment.T_c_k, body_[p.feature], place, patch.stored);
+  patch.frames = std::max(1.0, frames);
+  patch.offset_px.setZero();
+  if (frames == 0) patch.wander2 = kUnknownWander * config_.steady_px * config_.steady_px;
+  patch.misses = 0;
+  return good;
 }
 
 }  // namespace cyclops

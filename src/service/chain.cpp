@@ -58,7 +58,7 @@ Chain::Chain(const Rig& rig, const Profile& profile)
       T_c_r_(mount_.R_c_r, Point<frame::C>(-mount_.R_c_r.rotate(mount_.lens.xyz))),
       aligner_(profile.align, rig.tanker, rig.camera, T_c_r_, mount_.boresight_sigma_rad),
       edge_finder_(profile.edge, rig.tanker, rig.camera),
-      patch_matcher_(profile.patch, rig.tanker, rig.camera),
+      patch_matcher_(profile.patch, rig.tanker, rig.camera, rig.looks),
       segmenter_(profile.segment),
       detector_(profile.detect, rig.camera.intrinsics().width, rig.camera.intrinsics().height),
       associator_(profile.associate),

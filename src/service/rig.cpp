@@ -83,19 +83,20 @@ void complete(Rig& rig) {
 
 }  // namespace
 
-Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker) {
+Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker, const std::string& other_looks) {
   auto file = ConfigFile::load(path);
   if (!file.ok()) return file.error();
   Rig rig;
   rig.path = path;
   ConfigTable root = file->root();
-  std::string windscreen, model, unit = "m";
+  std::string windscreen, model, looks, unit = "m";
   read_camera(*file, root.table("camera"), rig, windscreen);
   read_mount(root.table("mount"), rig);
   ConfigTable tanker = root.table("tanker");
   Vec3 ins = Vec3::Zero();
   int unit_choice = 1;
   tanker.require("model", model);
+  tanker.read("looks", looks);
   tanker.read_choice("unit", {"in", "m"}, unit_choice);
   tanker.read_three("ins", kFarthest, ins);
   const double metres = rig.tanker_unit_m = unit_choice == 0 ? 0.0254 : 1.0;
@@ -125,6 +126,12 @@ Result<Rig> Rig::load(const std::string& path, const std::string& other_tanker) 
   auto loaded = TankerModel::load(rig.files.back().path, metres, ins, survey_m);
   if (!loaded.ok()) return loaded.error();
   rig.tanker = std::move(loaded).value();
+  if (!other_looks.empty() || (!looks.empty() && other_tanker.empty())) {
+    rig.files.push_back({looks, other_looks.empty() ? file->resolve(looks) : other_looks});
+    auto seen = Looks::load(rig.files.back().path, rig.tanker);
+    if (!seen.ok()) return seen.error();
+    rig.looks = std::move(seen).value();
+  }
   if (!windscreen.empty()) {
     auto screen = Windscreen::load(windscreen);
     if (!screen.ok()) return screen.error();

@@ -10,6 +10,7 @@
 #include "geometry/tanker_model.hpp"
 #include "msg/frame.hpp"
 #include "nav/nav_config.hpp"
+#include "patch/looks.hpp"
 #include "timesync/frame_stamper.hpp"
 #include "timesync/gps_clock.hpp"
 #include "timesync/pps_marks.hpp"
@@ -32,6 +33,7 @@ struct Rig {
   double boresight_sigma_rad{0};
   TankerModel tanker{};
   double tanker_unit_m{1};             ///< metres in one unit of the tanker's file
+  Looks looks{};                       ///< how its features look; none unless the rig names a file
   StrobeConfig strobe{};
   StrobeConfig pps{};                  ///< kNone unless the rig has a line for it
   FrameStamperConfig stamper{};
@@ -40,7 +42,8 @@ struct Rig {
   NavRig nav{};
 
   /// `tanker`: a model file to use instead of the one that the rig names, in the same axes and units.
-  static Result<Rig> load(const std::string& path, const std::string& tanker = {});
+  /// `looks`: a file to use instead of the one that the rig names; looks of the rig go with its own model only.
+  static Result<Rig> load(const std::string& path, const std::string& tanker = {}, const std::string& looks = {});
 };
 
 }  // namespace cyclops
