@@ -114,10 +114,16 @@ class OfFeature {
       gaps.push_back(search.then_from_now() * (found.uv_px - p.uv_px));
       correlations.push_back(found.correlation);
     }
-    return look.tried > 0 && settle(gaps, correlations, look);
+    return look.tried > 0 && settle(gaps, correlations, pose_sigma_px(view(own)), look);
   }
 
-  bool settle(const std::vector<Vec2>& gaps, const std::vector<double>& correlations, Look& look) const {
+  /// 1 sigma an axis of the feature's place from the pose of a view.
+  [[nodiscard]] double pose_sigma_px(const View& v) const {
+    const auto at = align::projected(*v.camera, v.T_c_k, p_k_);
+    return at ? std::sqrt(0.5 * (at->by_pose * v.covariance * at->by_pose.transpose()).trace()) : 1e3;
+  }
+
+  bool settle(const std::vector<Vec2>& gaps, const std::vector<double>& correlations, double pose_px, Look& look) const {
     Vec2 mean(0, 0);
     double square = 0, correlation = 0;
     for (int round = 0; round < 3; ++round) {  // what is far from the mean is left out of it
@@ -134,7 +140,7 @@ class OfFeature {
       mean = sum / look.matched;
     }
     look.scatter_px = std::sqrt(square / look.matched);
-    look.anchor_px = std::hypot(config_.anchor_floor_px, look.scatter_px / std::sqrt(std::max(1.0, look.matched / config_.independent)));
+    look.anchor_px = std::hypot(config_.pose_doubt * pose_px, look.scatter_px / std::sqrt(std::max(1.0, look.matched / config_.independent)));
     look.correlation = std::min(1.0, correlation / look.matched);
     look.patch.inside_px -= mean;
     return look.matched >= config_.least_share * look.tried && look.scatter_px <= config_.most_scatter_px;

@@ -19,7 +19,7 @@ struct LooksConfig {
   double least_share{0.6};       ///< of those in which it is found
   double most_scatter_px{0.7};   ///< 1 sigma an axis of its matches about their mean
   double most_away_px{1.5};      ///< a match further from the mean is none
-  double anchor_floor_px{0.1};   ///< 1 sigma an axis: errors that all poses of a flight share
+  double pose_doubt{0.5};        ///< 1 sigma of what the poses of a flight share, in units of their own (tools/learn_bundle.hpp)
   double independent{4};         ///< so many neighbouring views say as much as one
   int most_of_feature{24};       ///< the strongest stay
 };

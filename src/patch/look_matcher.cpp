@@ -64,7 +64,7 @@ bool LookMatcher::find(PatchSearch& search, const ImageView& image, const RowMas
   const double square = matched ? 0.5 * (found.uv_px - aligned.uv_px).squaredNorm() : std::pow(kMissSigmas * config_.steady_px, 2);
   k->square_px2 += kGain * (square - k->square_px2);
   if (!matched || k->square_px2 > config_.steady_px * config_.steady_px + 0.5 * aligned.cov_px2.trace()) return false;
-  const double place2 = look.scatter_px * look.scatter_px + look.anchor_px * look.anchor_px;
+  const double place2 = std::max(look.scatter_px * look.scatter_px, k->square_px2) + look.anchor_px * look.anchor_px;
   out.uv_px = found.uv_px;
   out.cov_px2 = found.cov_px2 + place2 * Mat2::Identity();
   out.subpixel = true;

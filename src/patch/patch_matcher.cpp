@@ -28,7 +28,10 @@ PatchMatcher::PatchMatcher(const PatchConfig& config, const TankerModel& model, 
     : config_(config), search_(config, camera), looks_(config, camera, looks, std::min(model.features().size(), kMaxFeatures)) {
   const std::size_t n = std::min(model.features().size(), kMaxFeatures);
   body_.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) body_.push_back(model.in_body(model.features()[i]));
+  for (std::size_t i = 0; i < n; ++i) {
+    body_.push_back(model.in_body(model.features()[i]));
+    learnt_.push_back(model.features()[i].seen_from.has_value());
+  }
   if (config.enabled) patches_.resize(n);
 }
 
@@ -44,7 +47,7 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
     if (p.visibility != Visibility::kVisible) continue;
     Corner corner, learnt;
     bool good = own(image, missing, alignment, p, corner);
-    if (looks_.find(search_, image, missing, alignment, p, learnt) && (!good || larger_sigma(learnt.cov_px2) < larger_sigma(corner.cov_px2))) {
+    if (looks_.find(search_, image, missing, alignment, p, learnt) && (!good || (learnt_[p.feature] && larger_sigma(learnt.cov_px2) < larger_sigma(corner.cov_px2)))) {
       corner = learnt;
       good = true;
     }

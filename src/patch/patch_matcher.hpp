@@ -12,8 +12,8 @@
 ///          is used only while its place wanders little about its anchor.
 /// Anew     a patch is taken again when the view has turned or the scale has changed too far, at the place that the old
 ///          one and its anchor give.
-/// Learnt   a feature may have looks from earlier flights (patch/look_matcher.hpp). Of what they and its own patch say the more certain
-///          one is used.
+/// Learnt   a feature may have looks from earlier flights (patch/look_matcher.hpp). They stand in while its own patch is not known or not
+///          steady. The looks of a learnt feature were adjusted together with its place: they come first where they are the more certain.
 /// Frames   raw pixels. Time: that of the frame. Threads: one at a time. Memory: everything on construction. Deterministic.
 /// Source   patch/patch_search.hpp for the match; anchor and use are ours.
 #include <vector>
@@ -49,6 +49,7 @@ class PatchMatcher {
 
   PatchConfig config_;
   std::vector<Point<frame::K>> body_;
+  std::vector<bool> learnt_;              // by feature: its place is learnt
   std::vector<Patch> patches_;
   PatchSearch search_;
   LookMatcher looks_;
