@@ -1,4 +1,4 @@
-// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_*.cpp src/capture/gpio_error.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/associate src/track src/publish
+// sources: src/base src/monitor src/geometry src/service/rig.cpp src/service/profile.cpp src/capture/strobe_*.cpp src/capture/gpio_error.cpp src/capture/camera_config.cpp src/timesync src/nav src/estimate src/segment src/detect src/align src/edge/edge_config.cpp src/patch/patch_config.cpp src/patch/looks.cpp src/associate src/track src/publish
 // Any bytes as a file an operator can put in front of the service: the first byte says which, the rest is the file.
 // What is accepted must be fit for use: the model is projected through the camera and back.
 #include <cmath>
@@ -26,6 +26,16 @@ void use(const TankerModel& model, const Camera& camera) {
       must(uv->allFinite() && jacobian.allFinite());
       if (camera.inside(*uv)) (void)camera.z_point_m(camera.ideal_from_raw(*uv));
     }
+  }
+}
+
+void try_looks(const std::string& text) {
+  static const TankerModel one = TankerModel::parse("id,x,y,z\n1,0,0,0\n2,1,2,3\n", "one", 1, Vec3::Zero()).value();
+  const auto looks = Looks::parse(text, "looks", one);
+  if (!looks.ok()) return must(!looks.error().message().empty());
+  for (const Look& l : looks->items) {
+    must(l.feature < 2 && (l.patch.T_c_k * l.p_k).xyz.allFinite() && l.patch.step_m > 0 && l.patch.then_px.allFinite() && l.matched <= l.tried);
+    for (const float x : l.patch.store) must(x >= 0 && x <= 255);
   }
 }
 
@@ -72,7 +82,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 2: try_rig(path); break;
     case 3:
-      if (const auto model = TankerModel::parse(text, "tanker", 0.0254, {190, 0, 95}); model.ok()) use(*model, Camera({}, {}));
+      if (text.starts_with("cyclops-looks")) try_looks(text);
+      else if (const auto model = TankerModel::parse(text, "tanker", 0.0254, {190, 0, 95}); model.ok()) use(*model, Camera({}, {}));
       break;
     default: try_windscreen(path);
   }

@@ -5,19 +5,17 @@
 #include <cmath>
 #include <memory>
 
-#include "test/plate.hpp"
+#include "test/patch/look_scene.hpp"
 
 namespace cyclops {
 namespace {
 
-/// Soft blots: nothing a corner detector would find a corner in, at none of the features.
-double blots(double y, double z) { return 120 + 45 * std::sin(5.1 * y + 2 * std::sin(3 * z)) + 35 * std::cos(4.3 * z - 1.7 * y); }
-double dark(double, double) { return 60; }
+using test::blots;
+using test::dark;
 
 class PatchMatcherTest : public ::testing::Test {
  protected:
-  /// Pose of frame n: the plate drifts, turns and comes nearer.
-  static test::CameraPose truth(int n) { return test::Plate::pose({0.1 + 0.002 * n, -0.1, 0.05 + 0.004 * n}, {0.02 * n, -0.1, 9 - 0.03 * n}); }
+  static test::CameraPose truth(int n) { return test::LookScene::truth(n); }
   void frame(PatchMatcher& matcher, int n, const test::CameraPose& aligned_pose, const test::Paint& paint = blots) {
     image = plate.draw(truth(n), paint, dark, static_cast<std::uint64_t>(n + 1));
     alignment.consensus = true;

@@ -165,5 +165,33 @@ TEST_F(RigTest, AWindscreenThatAnnouncesMoreThanItHoldsTakesNoMemory) {
   EXPECT_EQ(w.error().message(), dir_.file("w.bin") + ": has 24 bytes, expected 536870936 for a grid of 8192 x 8192");
 }
 
+TEST_F(RigTest, LooksGoWithTheModelOfTheRig) {
+  Text t;
+  t.tanker += "looks = \"tanker.looks\"\n";
+  EXPECT_EQ(load(t).error().message(), dir_.file("tanker.looks") + ": cannot be opened");
+  Look look;
+  look.id = 8;
+  look.p_k = Point<frame::K>(-2.54, 2.54, 0);
+  look.light = "noon";
+  look.patch.T_c_k = {Rotation<frame::C, frame::K>(), Point<frame::C>(0, 0, 20)};
+  look.patch.step_m = 0.1;
+  look.patch.then_px = 4 * Mat2::Identity();
+  look.tried = look.matched = 9;
+  std::ofstream(dir_.file("tanker.looks")) << Looks{{look}}.text();
+  const auto rig = load(t);
+  ASSERT_TRUE(rig.ok()) << rig.error().message();
+  ASSERT_EQ(rig->looks.items.size(), 1U);
+  EXPECT_EQ(rig->looks.items[0].feature, 1U);
+  EXPECT_EQ(rig->files[1].as_written, "tanker.looks") << "a sortie keeps a copy";
+  // WHEN another model is named, the rig's looks are not its own
+  std::ofstream(dir_.file("other.csv")) << "id,x,y,z\n7,290,0,95\n8,291,100,95\n";
+  const auto other = Rig::load(dir_.file("rig.toml"), dir_.file("other.csv"));
+  ASSERT_TRUE(other.ok()) << other.error().message();
+  EXPECT_TRUE(other->looks.items.empty());
+  const auto wrong = Rig::load(dir_.file("rig.toml"), dir_.file("other.csv"), dir_.file("tanker.looks"));
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_EQ(wrong.error().message(), dir_.file("tanker.looks") + ":3: x is \"-2.54\", expected the place of feature 8 in the model");
+}
+
 }  // namespace
 }  // namespace cyclops
