@@ -62,7 +62,7 @@ bool PatchMatcher::own(const ImageView& image, const RowMask* missing, const Ali
   bool anew = !patch.known, good = false;
   if (patch.known) {
     PatchSearch::Found found;
-    if (search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) && search_.match(image, missing, p, alignment.common_px, found)) {
+    if (search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) && search_.match(image, missing, p, alignment.allowed_px, found)) {
       patch.misses = 0;
       const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
       patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
