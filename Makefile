@@ -186,7 +186,7 @@ LEARN_TEST ?= build/flights/s1 build/flights/s2 build/flights/s4
 LEARN_OUT ?= build/learnt.csv
 .PHONY: learn
 learn: $(B)/bin/cyclops-learn ## learn the tanker from flights (LEARN, LEARN_OUT) and try it on others (LEARN_TEST)
-	@$(B)/bin/cyclops-learn $(LEARN) --out $(LEARN_OUT) --strength $(LEARN_OUT:.csv=.json) --test $(LEARN_TEST) --figures $(LEARN_OUT:.csv=-test.json)
+	@$(B)/bin/cyclops-learn $(LEARN) --out $(LEARN_OUT) --strength $(LEARN_OUT:.csv=.json) --looks $(LEARN_OUT:.csv=.looks) --test $(LEARN_TEST) --figures $(LEARN_OUT:.csv=-test.json)
 
 REPLAY_FLIGHT ?= -
 .PHONY: replay-check mcap
