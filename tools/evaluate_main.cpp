@@ -8,11 +8,12 @@
 int main(int argc, char** argv) {
   CLI::App app{"Runs a flight as cyclops-offline does and writes every frame and feature beside the truth, as NumPy tables."};
   app.set_version_flag("--version", CYCLOPS_VERSION);
-  std::string flight, config, out, tanker;
+  std::string flight, config, out, tanker, looks;
   app.add_option("flight", flight, "flight folder with truth")->required();
   app.add_option("--config", config, "profile; the built-in default when left out");
   app.add_option("--out", out, "folder for features.npy, frames.npy and rig.json")->required();
   app.add_option("--tanker", tanker, "model file in place of the flight's own, as cyclops-learn writes it");
+  app.add_option("--looks", looks, "learnt looks of the features of that model");
   std::int64_t first = 0;
   app.add_option("--from", first, "frames before this one are flown, and left out of the tables")->check(CLI::NonNegativeNumber);
   std::int64_t frames = std::numeric_limits<std::int64_t>::max();
@@ -34,7 +35,7 @@ int main(int argc, char** argv) {
   std::filesystem::create_directories(out, ignored);
   const std::string log = out + "/published.lcm";
   const auto result = cyclops::tools::run_offline(
-      flight, profile, log, {}, [&](const cyclops::Rig& r, const cyclops::FrameOutput& frame, const cyclops::ImageView&) { tables->add(r, frame); }, {.tanker = tanker, .most_frames = frames});
+      flight, profile, log, {}, [&](const cyclops::Rig& r, const cyclops::FrameOutput& frame, const cyclops::ImageView&) { tables->add(r, frame); }, {.tanker = tanker, .looks = looks, .most_frames = frames});
   std::filesystem::remove(log, ignored);
   if (!result.ok()) return fail(result.error());
   auto loaded = cyclops::Rig::load(flight + "/rig.toml", tanker);
