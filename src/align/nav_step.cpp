@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kTurn_rps2 = 0.1, kShift_mps2 = 0.5;  // relative accelerations that an update does not know, 1 sigma
 constexpr double kMemory_s = 3;
+constexpr double kIntervalGain = 0.2;
 constexpr double kOutlier = 9;       // of what has been seen so far; more teaches no more
 constexpr double kWalk = 0.05;       // the bias of before goes on changing by this share of navigation's covariance a second
 constexpr int kFrozenFrames = 3;
@@ -42,6 +43,7 @@ void NavStep::before(Time now, const Prior& nav, const Vec6& per_second, bool su
     astray_ = T < kSoon_s && own_scatter_.seen >= kFrames && squared(r, S) > kAstray;
     own_.d += r;
     own_.P += S;
+    own_s_ += T;
     own_scatter_.learn(squared(r, a_second) / 6, T);
   }
   astray_frames_ = astray_ ? astray_frames_ + 1 : 0;
@@ -55,7 +57,9 @@ void NavStep::before(Time now, const Prior& nav, const Vec6& per_second, bool su
 /// Two explanations of a change: navigation made it, and says so itself; or the pose did.
 bool NavStep::of_navigation(const Vec6& change, const Mat6& W) const {
   const double by_pose = squared(own_.d, own_.P), by_navigation = squared(own_.d - change, own_.P + W);
-  return 0.5 * (by_pose - by_navigation) + (steady_ ? kSteady : -kSteady) > 0;
+  const double odds = 0.5 * (by_pose - by_navigation);
+  if (own_s_ <= kSoon_s) return odds > kOdds;
+  return steady_ && odds > -1 && squared(change, W) > 2 * kStep && squared(change, nav_.P) > 2 * kLeast;
 }
 
 void NavStep::after(const Alignment& alignment, bool steady) {
@@ -69,14 +73,19 @@ void NavStep::compare(const Alignment& alignment) {
   const Vec6 y = difference(alignment.T_c_k, nav_.T);
   const Mat6 both = nav_.P + alignment.covariance;
   if (known_) {
-    judge(y - bias_, scatter_.share * both);
-    if (trial_ || fault_ != NavFault::kNone) come_back(y, scatter_.share * both, alignment);
-    if (!trial_) scatter_.learn(squared(y - bias_, both) / 6, (now_ - t_bias_).seconds());
+    const double interval_s = (now_ - t_seen_).seconds();
+    const double longer = std::max(1.0, interval_s / interval_s_);  // than usual: as much more that may have happened
+    const Mat6 W = scatter_.share * longer * both;
+    judge(y - bias_, W);
+    if (trial_ || fault_ != NavFault::kNone) come_back(y, W, alignment);
+    if (!trial_) scatter_.learn(squared(y - bias_, longer * both) / 6, interval_s);
+    interval_s_ += kIntervalGain * (interval_s - interval_s_);
   }
   if (!trial_) follow(y);
   t_seen_ = now_;
   unsettled_ = false;
   own_ = {};
+  own_s_ = 0;
   own_.P.diagonal().setConstant(1e-14);
   steady_ = true;
 }

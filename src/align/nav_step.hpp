@@ -3,19 +3,21 @@
 /// long before it is implausible by navigation's covariance.
 ///
 /// Model    y = difference(aligned, navigation), 6 degrees of freedom, is a slow bias b and scatter of covariance W = c (P_nav + P_aligned);
-///          c is learned from the innovations themselves. b follows y with time constant kBias_s.
+///          c is learned from the innovations themselves, W grows with an
+///          interval longer than usual. b follows y with time constant kBias_s.
 ///   step     (y - b)^T W^-1 (y - b) > kStep, and the change is more than navigation's own sigma: (y - b)^T P_nav^-1 (y - b) > kLeast
 /// Whose    a pose that jumps to other corners makes the same change. Navigation also says how it moves: r = difference(navigation of before,
 ///          moved on by its velocity and rate; navigation now), covariance S = k T P_nav + (A T^2 / 2)^2, k learned. The step is navigation's
 ///          when r speaks for it:
-///   odds     ( r^T S^-1 r - (r - y + b)^T (S + W)^-1 (r - y + b) ) / 2 +- kSteady > 0
-///          plus when features agreed in every frame since the last comparison and the pose was not corrected, else minus. Once a second S is so
-///          large that this last term decides.
+///   odds     ( r^T S^-1 r - (r - y + b)^T (S + W)^-1 (r - y + b) ) / 2 > kOdds
+///          More than kSoon_s after the last comparison r says nothing: then features must have agreed in every frame since, the pose must
+///          not have been corrected, r must not speak against it (odds > -1), and the limits of the step are twice as high.
 /// Before   the picture is read r alone tells: r^T S^-1 r > kAstray within kSoon_s. Navigation is then kept from this frame.
 /// Trial    from its first frame on; a fault when it lasts kFrames frames in which features agree, dropped when y is back before.
 /// Over     when y has been back at the bias of before for kBack_s, or when the new one has shown no other step for kAccepted_s and is within
 ///          navigation's covariance. kForget_s without comparison: all is forgotten.
-/// Alarms   both tests at kStep = 100: 3e-19 a comparison if all were Gaussian. Poses that jump are not; docs/evaluation.md counts.
+/// Alarms   chi-square of 6 degrees of freedom above kStep: 5e-9 a comparison, one in 1900 h at 30 a second if all were Gaussian. Poses that
+///          jump are not, hence the odds; docs/evaluation.md counts.
 /// Time     service clock. Threads: one at a time. Memory: fixed. Source: innovation test for a jump, Willsky & Jones 1976; Basseville &
 ///          Nikiforov 1993.
 #include "align/pose.hpp"
@@ -27,7 +29,7 @@ namespace cyclops::align {
 
 class NavStep {
  public:
-  static constexpr double kStep = 50, kAstray = 100, kStays = 25, kLeast = 0.5, kSteady = 3;
+  static constexpr double kStep = 50, kAstray = 100, kStays = 25, kLeast = 0.5, kOdds = 5;
   static constexpr double kBias_s = 0.3, kSoon_s = 0.25, kBack_s = 0.5, kAccepted_s = 10, kForget_s = 5, kTrial_s = 1;
   static constexpr int kFrames = 3;
 
@@ -70,12 +72,14 @@ class NavStep {
     Vec6 per_second{Vec6::Zero()};
   } reference_;                        // newest that navigation's motion is counted from
   Change own_{};                       // navigation's motion less what it said, since the last comparison
+  double own_s_{0};                    // how long that is
   Scatter own_scatter_{}, scatter_{};  // a second; a comparison
   bool astray_{false};
   bool unsettled_{false};              // it has been astray since the last comparison
   Time t_astray_{};
   int astray_frames_{0};               // in a row
   bool steady_{true};                  // since the last comparison
+  double interval_s_{1};               // between comparisons, usually
   bool known_{false};
   Vec6 bias_{Vec6::Zero()};
   Time t_bias_{};                      // it last followed
