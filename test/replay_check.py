@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """replay_check.py BUILD [FLIGHT]: does a recorded sortie, replayed in any way, measure what was published?
 
 Flies FLIGHT (a small one made for it when left out or "-") through the whole rig at real speed and records it. That sortie is then replayed

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """export_aspn.py FOLDER --out FILE.jsonl: accepted measurements with the names of ASPN-23, one measurement_direction_3d_to_points a line.
 
 Each observation is the direction to a feature of the tanker, known by its id alone: obs are the components right and down of the line of sight

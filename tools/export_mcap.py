@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """export_mcap.py FOLDER --out FILE.mcap: a sortie or flight for Foxglove and whatever else reads MCAP.
 
 Each channel keeps its name and becomes JSON with a schema made of its LCM type. Thumbnails are foxglove.CompressedImage on THUMBNAIL, frames, if

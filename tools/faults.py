@@ -49,7 +49,7 @@ def fly(build, flight, out, row, table):
     os.makedirs(out)
     script = os.path.join(out, "faults.toml")
     script_of(row, script, table["onset_s"], table["duration_s"])
-    options = ["--faults", script, "--sent", os.path.join(out, "sent.csv"), "--seconds", str(table["seconds"]), "--quiet"]
+    options = ["--faults", script, "--sent", os.path.join(out, "sent.csv"), "--seconds", str(row.get("seconds", table["seconds"])), "--quiet"]
     env = os.environ | {"CYCLOPS_IDLE_S": str(row.get("idle_s", 2))}
     command = ["hil/rig.sh", build, flight, out, "-", "1"] + options
     if "disk_mb" in row:  # the service records onto a disk of its own
@@ -122,7 +122,8 @@ def main():
         sys.exit(f"faults.py: no row's name contains {a.only}")
 
     out = os.path.join(a.out, "none")
-    crashed = fly(a.build, a.flight, out, {"fault": []}, table)
+    longest = max(r.get("seconds", table["seconds"]) for r in table["row"])
+    crashed = fly(a.build, a.flight, out, {"fault": [], "seconds": longest}, table)
     reference_run = fault_judge.load(out, truth, types)
     reference_run.crashed = crashed
     usual = {f.flight_id: f.accepted for f in reference_run.frames}
@@ -132,7 +133,7 @@ def main():
     print(fault_page.line({"name": "none", "figures": reference, "why": [crashed] if crashed else [], "notice": []}), flush=True)
     for row in rows:
         row["limit"] = table["limit"] | row.get("limit", {})
-        row["alarms_of_host"] = table.get("alarms_of_host", [])
+        row["alarms_of_host"] = table.get("alarms_of_host", []) + row.get("alarms_of_bench", [])
         if "disk_mb" in row and os.geteuid() != 0:
             print(f"{row['name']}: not tried, a disk of its own needs root")
             continue

@@ -68,7 +68,7 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
     bool anew = !patch.known;
     if (patch.known) {
       Found found;
-      if (turn(patch, alignment.T_c_k, p.feature) && match(image, missing, p, alignment.common_px, found)) {
+      if (turn(patch, alignment.T_c_k, p.feature) && match(image, missing, p, alignment.allowed_px, found)) {
         patch.misses = 0;
         const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
         patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
@@ -158,8 +158,8 @@ bool PatchMatcher::read_field(const ImageView& image, const RowMask* missing, co
   return read_square(image, missing, u0, v0, field_side_, field_.data());
 }
 
-bool PatchMatcher::match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out) {
-  const double sigma = larger_sigma(aligned.cov_px2 - common_px * common_px * Mat2::Identity());  // an error of every frame moves no patch
+bool PatchMatcher::match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double allowed_px, Found& out) {
+  const double sigma = larger_sigma(aligned.cov_px2 - allowed_px * allowed_px * Mat2::Identity());  // an error of every frame moves no patch
   const int search = std::min(kMostSearch, 1 + static_cast<int>(std::ceil(std::min(config_.search_most_px, std::max(1.0, config_.search_sigmas * sigma)))));
   Vec2 origin;
   if (!read_field(image, missing, aligned.uv_px, search, origin)) return false;

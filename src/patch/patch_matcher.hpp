@@ -61,7 +61,7 @@ class PatchMatcher {
   [[nodiscard]] bool looks_alike(const Patch& patch, const Pose<frame::C, frame::K>& T, std::size_t feature) const;
   bool turn(const Patch& patch, const Pose<frame::C, frame::K>& T, std::size_t feature);
   bool read_field(const ImageView& image, const RowMask* missing, const Vec2& around, int search, Vec2& origin);
-  bool match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out);
+  bool match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double allowed_px, Found& out);
   double correlate(int shifts, Vec2& shift);
   void sum_fields();
   bool refine(Vec2& shift, Mat2& cov) const;

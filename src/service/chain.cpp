@@ -99,7 +99,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.tracks = tracker_.tracks();
   watch.lap(Stage::kTrack, out);
   measure(out.tracks_before, out.matches, out.corners, rig_.camera, profile_.publish, out.measurements);
-  if (profile_.align.enabled) add_scatter(out.measurements);
+  if (profile_.align.enabled) add_scatter(out.alignment, out.measurements);
   out.measurements.seq = frame.frame.seq;
   out.measurements.t_mid = frame.frame.t_mid;
   out.measurements.t_mid_sigma = frame.frame.t_mid_sigma;
@@ -198,10 +198,15 @@ void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutp
   if (out.alignment.consensus) tracker_.nav_update(out.aligned);
 }
 
-/// A corner that is not the surveyed point has an error that its own sharpness does not show.
-void Chain::add_scatter(MeasurementSet& set) const {
-  for (Measurement& m : set.items)
-    if (m.accepted && m.kind == PointKind::kCorner) m.cov_px2 += aligner_.corner_variance_px2(m.feature) * Mat2::Identity();
+/// What a corner's own sharpness does not show: that it is not the surveyed point, and that it was chosen by a pose that is off. A patch
+/// has the aligned prediction's covariance, with all that predictions allow for.
+void Chain::add_scatter(const Alignment& alignment, MeasurementSet& set) const {
+  const double believed = alignment.common_px * alignment.common_px, allowed = alignment.allowed_px * alignment.allowed_px;
+  for (Measurement& m : set.items) {
+    if (!m.accepted) continue;
+    const double scatter = m.kind == PointKind::kCorner ? aligner_.corner_variance_px2(m.feature) : 0;
+    m.cov_px2 += (believed + (m.kind == PointKind::kPatch ? -allowed : scatter)) * Mat2::Identity();
+  }
 }
 
 /// Where a pose that knows nothing of single tracks puts the features: the group's, or navigation's carried on.

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """add_pps.py FLIGHT NEW: the same flight with a PPS line: an edge at each whole second of GPS time, and a rig whose GPS time comes from it.
 
 The edges come 8 us late, as an interrupt does. Time marks stay as they are: they only number the edges. Needs build/gen/python."""

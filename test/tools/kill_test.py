@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """kill_test.py BUILD [KILLS] [SEED]: the service records and dies by SIGKILL at a random moment, again and again.
 
 Every time the folder must say what it lacks, and nothing but its end: no wrong checksum, no unreadable bytes. What is

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """make_folder.py OUT [FRAMES] [NOISE_PX]: pictures of a moving chequered board, as cyclops-import takes them.
 
 The board is the plane z = 0 of the model, 4 m a side, 4 x 4 cells of different grey; the features are eight of its nine
