@@ -66,7 +66,7 @@ void NavStep::after(const Alignment& alignment, bool steady) {
   steady_ = steady_ && steady;
   if (!alignment.consensus) return;
   if (nav_.valid) compare(alignment);
-  else if (trial_ && steady && ++told_ >= kFrames) find_fault();
+  else if (trial_ && steady) lasts();
 }
 
 void NavStep::compare(const Alignment& alignment) {
@@ -113,7 +113,7 @@ void NavStep::come_back(const Vec6& y, const Mat6& W, const Alignment& alignment
   const bool away = squared(y - before_.d, P) > kStays;
   if (away) t_away_ = now_;
   if (trial_ && !away && fault_ == NavFault::kNone) trial_ = false;
-  if (trial_ && away && ++told_ >= kFrames) find_fault();
+  if (trial_ && away) lasts();
   if (fault_ == NavFault::kNone) return;
   const bool back = !away && (now_ - t_away_).seconds() > kBack_s;
   const bool accepted = !trial_ && (now_ - t_step_).seconds() > kAccepted_s && alignment.nav_disagreement < kPlausible;
@@ -123,7 +123,9 @@ void NavStep::come_back(const Vec6& y, const Mat6& W, const Alignment& alignment
   bias_ = y;
 }
 
-void NavStep::find_fault() {
+/// One more frame that speaks for the trial.
+void NavStep::lasts() {
+  if (++told_ < kFrames || (now_ - t_step_).seconds() < kLasts_s) return;
   trial_ = false;
   const Vec6 sigma = step_P_.diagonal().cwiseSqrt();
   const double turned = (step_.head<3>().array() / sigma.head<3>().array()).matrix().squaredNorm();

@@ -13,7 +13,8 @@
 ///          More than kSoon_s after the last comparison r says nothing: then features must have agreed in every frame since, the pose must
 ///          not have been corrected, r must not speak against it (odds > -1), and the limits of the step are twice as high.
 /// Before   the picture is read r alone tells: r^T S^-1 r > kAstray within kSoon_s. Navigation is then kept from this frame.
-/// Trial    from its first frame on; a fault when it lasts kFrames frames in which features agree, dropped when y is back before.
+/// Trial    from its first frame on; a fault when it lasts kFrames frames in which features agree and kLasts_s (longer than the widest gap
+///          of reports that is interpolated: over one, a roll is drawn straight), dropped when y is back before.
 /// Over     when y has been back at the bias of before for kBack_s, or when the new one has shown no other step for kAccepted_s and is within
 ///          navigation's covariance. kForget_s without comparison: all is forgotten.
 /// Alarms   chi-square of 6 degrees of freedom above kStep: 5e-9 a comparison, one in 1900 h at 30 a second if all were Gaussian. Poses that
@@ -30,7 +31,7 @@ namespace cyclops::align {
 class NavStep {
  public:
   static constexpr double kStep = 50, kAstray = 100, kStays = 25, kLeast = 0.5, kOdds = 5;
-  static constexpr double kBias_s = 0.3, kSoon_s = 0.25, kBack_s = 0.5, kAccepted_s = 10, kForget_s = 5, kTrial_s = 1;
+  static constexpr double kBias_s = 0.3, kSoon_s = 0.25, kBack_s = 0.5, kAccepted_s = 10, kForget_s = 5, kTrial_s = 1, kLasts_s = 0.27;
   static constexpr int kFrames = 3;
 
   /// Before the picture is looked at. `nav`: what navigation says of this frame, or invalid; `per_second`: rate and velocity it came with, c
@@ -61,7 +62,7 @@ class NavStep {
   void judge(const Vec6& change, const Mat6& W);
   void come_back(const Vec6& y, const Mat6& W, const Alignment& alignment);
   void follow(const Vec6& y);
-  void find_fault();
+  void lasts();
 
   Time now_{};
   Prior nav_{};                        // of this frame, when it may be compared

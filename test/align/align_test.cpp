@@ -256,7 +256,7 @@ TEST_F(AlignTest, AStepOfNavigationsAttitudeDoesNotTakeThePoseAlong) {
       ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, &state));
       aligner.step(*predicted, *corners, out);
       aligner.learn(out);
-      // THEN the pose stays with the picture, and three frames later it is told
+      // THEN the pose stays with the picture, and a third of a second later it is told
       ASSERT_TRUE(k < 60 || !out.consensus || worst_px(out.T_c_k) < 3) << "seed " << seed << " frame " << k << ": " << worst_px(out.T_c_k) << " px";
       ASSERT_TRUE(k >= 60 || aligner.nav_fault() == NavFault::kNone) << "seed " << seed << " frame " << k;
     }

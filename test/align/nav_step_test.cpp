@@ -84,19 +84,19 @@ int told_after(std::uint64_t seed, double rate_hz, NavFault kind, const std::fun
   return -1;
 }
 
-TEST(NavStep, HalfAMetreIsToldWithinATenthOfASecond) {
+TEST(NavStep, HalfAMetreIsToldWithinAThirdOfASecond) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const int n = told_after(seed, 30, NavFault::kPositionStep, [](const Sortie&) { return shift(0.5); });
     EXPECT_GE(n, 0) << "seed " << seed;
-    EXPECT_LE(n, 3) << "seed " << seed;
+    EXPECT_LE(n, 9) << "seed " << seed;
   }
 }
 
-TEST(NavStep, TwoDegreesAreToldWithinATenthOfASecond) {
+TEST(NavStep, TwoDegreesAreToldWithinAThirdOfASecond) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const int n = told_after(seed, 30, NavFault::kAttitudeStep, [](const Sortie&) { return turn(2); });
     EXPECT_GE(n, 0) << "seed " << seed;
-    EXPECT_LE(n, 3) << "seed " << seed;
+    EXPECT_LE(n, 9) << "seed " << seed;
   }
 }
 
@@ -105,7 +105,7 @@ TEST(NavStep, AFrozenLinkIsToldAsAMotionThatIsNotWhatItSays) {
     const auto behind = [](const Sortie& s) { return change(Vec3::Zero(), Vec3(0, 0, -100 * (s.t_s() - 6 + 0.02))); };
     const int n = told_after(seed, 30, NavFault::kMotion, behind);
     EXPECT_GE(n, 0) << "seed " << seed;
-    EXPECT_LE(n, 4) << "seed " << seed;
+    EXPECT_LE(n, 10) << "seed " << seed;
   }
 }
 
@@ -119,7 +119,7 @@ TEST(NavStep, AtOneUpdateASecondTheUpdateThatShowsTheStepStartsATrialAndThePictu
     EXPECT_TRUE(watch.held()) << "seed " << seed;
     Alignment seen;
     seen.consensus = true;
-    for (int n = 1; n <= 3; ++n) {  // frames without an update
+    for (int n = 1; n <= 9; ++n) {  // frames without an update
       watch.before(Time{1'000'000'000 + static_cast<std::int64_t>((t + n / 30.0) * 1e9)}, {}, Vec6::Zero(), false);
       watch.after(seen, true);
     }
@@ -146,15 +146,19 @@ TEST(NavStep, APoseThatJumpsToOtherCornersIsNotNavigationsFault) {
   }
 }
 
-TEST(NavStep, OneWrongReportIsATrialWithoutAFault) {
-  Sortie s(1, 30);
-  NavStep watch;
-  while (s.t_s() < 6) s.fly(watch);
-  EXPECT_FALSE(watch.held());
-  s.fly(watch, shift(3));
-  EXPECT_TRUE(watch.held());
-  while (s.t_s() < 7) EXPECT_EQ(s.fly(watch), NavFault::kNone);
-  EXPECT_FALSE(watch.held());
+TEST(NavStep, WrongReportsForAFifthOfASecondAreATrialWithoutAFault) {
+  for (const int frames : {1, 6}) {
+    Sortie s(1, 30);
+    NavStep watch;
+    while (s.t_s() < 6) s.fly(watch);
+    EXPECT_FALSE(watch.held());
+    for (int n = 0; n < frames; ++n) {
+      EXPECT_EQ(s.fly(watch, shift(3)), NavFault::kNone);
+      EXPECT_TRUE(watch.held());
+    }
+    while (s.t_s() < 7) EXPECT_EQ(s.fly(watch), NavFault::kNone);
+    EXPECT_FALSE(watch.held());
+  }
 }
 
 TEST(NavStep, ItIsOverHalfASecondAfterNavigationIsBack) {
