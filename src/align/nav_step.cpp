@@ -99,7 +99,10 @@ void NavStep::follow(const Vec6& y) {
 
 void NavStep::judge(const Vec6& change, const Mat6& W) {
   if (trial_ || scatter_.seen < kFrames || squared(change, W) < kStep || squared(change, nav_.P) < kLeast || !of_navigation(change, W)) return;
-  if (fault_ == NavFault::kNone) before_ = {bias_, W};
+  if (fault_ == NavFault::kNone) {
+    before_ = {bias_, W};
+    t_before_ = now_;
+  }
   trial_ = true;
   told_ = 0;
   t_step_ = now_;
@@ -109,7 +112,7 @@ void NavStep::judge(const Vec6& change, const Mat6& W) {
 
 /// In a trial and after: is navigation where it was before?
 void NavStep::come_back(const Vec6& y, const Mat6& W, const Alignment& alignment) {
-  const Mat6 P = before_.P + W + kWalk * (now_ - t_step_).seconds() * nav_.P;
+  const Mat6 P = before_.P + W + kWalk * (now_ - t_before_).seconds() * nav_.P;
   const bool away = squared(y - before_.d, P) > kStays;
   if (away) t_away_ = now_;
   if (trial_ && !away && fault_ == NavFault::kNone) trial_ = false;

@@ -15,8 +15,8 @@
 /// Before   the picture is read r alone tells: r^T S^-1 r > kAstray within kSoon_s. Navigation is then kept from this frame.
 /// Trial    from its first frame on; a fault when it lasts kFrames frames in which features agree and kLasts_s (longer than the widest gap
 ///          of reports that is interpolated: over one, a roll is drawn straight), dropped when y is back before.
-/// Over     when y has been back at the bias of before for kBack_s, or when the new one has shown no other step for kAccepted_s and is within
-///          navigation's covariance. kForget_s without comparison: all is forgotten.
+/// Over     when y has been back at the bias of before, with what it may have drifted by since, for kBack_s, or when the new one has shown
+///          no other step for kAccepted_s and is within navigation's covariance. kForget_s without comparison: all is forgotten.
 /// Alarms   chi-square of 6 degrees of freedom above kStep: 5e-9 a comparison, one in 1900 h at 30 a second if all were Gaussian. Poses that
 ///          jump are not, hence the odds; docs/evaluation.md counts.
 /// Time     service clock. Threads: one at a time. Memory: fixed. Source: innovation test for a jump, Willsky & Jones 1976; Basseville &
@@ -88,7 +88,8 @@ class NavStep {
   bool trial_{false};
   int told_{0};                        // frames of the trial that speak for it
   Time t_step_{};
-  Change before_{};                    // bias before the step and its covariance; the step itself in `step_`
+  Change before_{};                    // bias before the step and its covariance
+  Time t_before_{};
   Vec6 step_{Vec6::Zero()};
   Mat6 step_P_{Mat6::Identity()};
   Time t_away_{};                      // last seen away from the bias before

@@ -174,7 +174,7 @@ TEST(NavStep, ItIsOverHalfASecondAfterNavigationIsBack) {
 }
 
 TEST(NavStep, ABiasThatStaysIsAcceptedWhenItIsWithinNavigationsCovarianceAndNeverElse) {
-  for (const double size_m : {0.3, 4.0}) {
+  for (const double size_m : {0.6, 4.0}) {
     Sortie s(3, 30);
     NavStep watch;
     while (s.t_s() < 6) s.fly(watch);
