@@ -18,6 +18,8 @@ constexpr double kScatterWorth = 5;  // residuals that the first guess of a feat
 constexpr double kTooFar_m = 1e4;
 constexpr double kNavLead = 5;       // evidence
 constexpr double kTrust_s = 0.5;     // without consensus, in which the word of the track loses weight
+constexpr double kOld_s = 0.06;      // navigation further beyond its newest report, or in a gap, is a guess: not compared
+constexpr double kMostDoubt = 100;    // times its covariance, at which navigation that is at fault is still a place to search about
 
 }  // namespace
 
@@ -38,6 +40,26 @@ Prior Aligner::State::prior_from(const RelativeState& state) const {
   return p;
 }
 
+void Aligner::State::take_navigation(const RelativeState& state) {
+  said = prior_from(state);
+  nav_covariance_r = state.covariance;
+  Vec6 per_second;
+  per_second.head<3>() = T_c_r.rotation().rotate(state.rate_r);
+  per_second.tail<3>() = T_c_r.rotation().rotate(state.velocity_r);
+  const double age_s = std::max(state.age_receiver, state.age_tanker).seconds();
+  nav_step.before(now, said, per_second, !state.extrapolated || (age_s > 0 && age_s < kOld_s));
+}
+
+/// While navigation is at fault the picture goes on without it. Where there is no pose to go on from, or where nothing but its distance
+/// speaks against it, its covariance is as large as it has shown.
+Prior Aligner::State::believed() const {
+  Prior p = said;
+  if (!p.valid || (!nav_step.held() && !watch.suspect())) return p;
+  if (nav_step.held() && track.blind_s(now) < config.acquire_blind_s) p.valid = false;
+  p.P *= std::clamp(said_off / 6, 1.0, kMostDoubt);
+  return p;
+}
+
 double Aligner::State::track_bonus() const {
   return track.contradicted() ? -kNavLead : config.track_bonus * std::exp(-track.blind_s() / kTrust_s);
 }
@@ -51,8 +73,8 @@ bool Aligner::State::agreed(const Alignment& a, const View& view) const {
 }
 
 void Aligner::State::compare_with_navigation(Alignment& out) const {
-  if (!nav.valid) return;
-  out.nav_disagreement = align::squared_distance(nav.T, out.T_c_k, nav.P + out.covariance);
+  if (!said.valid) return;
+  out.nav_disagreement = align::squared_distance(said.T, out.T_c_k, said.P + out.covariance);
 }
 
 /// What this frame teaches about predicting the next one.
@@ -84,21 +106,24 @@ void Aligner::reset() {
   s_->anchor.reset();
   s_->acquirer.reset();
   s_->common.reset();
+  s_->nav_step.reset();
+  s_->watch = {};
+  s_->said_off = 0;
 }
 
 bool Aligner::predict(Time t_mid, const RelativeState* nav, const RelativeState* carried) {
-  s_->nav = {};
-  if (nav != nullptr && nav->valid) {
-    s_->nav = s_->prior_from(*nav);
-    s_->nav_covariance_r = nav->covariance;
+  State& s = *s_;
+  s.now = t_mid;
+  s.said = {};
+  if (nav != nullptr && nav->valid) s.take_navigation(*nav);
+  else s.nav_step.before(t_mid, {}, Vec6::Zero(), false);
+  s.between = s.nav = s.believed();
+  if (!s.said.valid && carried != nullptr && (s.anchor.held() || !s.nav_step.held())) {
+    s.between = s.prior_from(*carried);
+    s.anchor.hold(*carried, s.T_c_r.rotation().matrix(), s.between);
   }
-  s_->between = s_->nav;
-  if (!s_->nav.valid && carried != nullptr) {
-    s_->between = s_->prior_from(*carried);
-    s_->anchor.hold(*carried, s_->T_c_r.rotation().matrix(), s_->between);
-  }
-  s_->track.predict(t_mid, s_->between);
-  return s_->nav.valid || s_->track.prior().valid;
+  s.track.predict(t_mid, s.between, s.said.valid && !s.nav_step.astray() ? s.said : s.between);
+  return s.nav.valid || s.track.prior().valid;
 }
 
 bool Aligner::acquiring() const { return s_->wide(s_->sharpest()); }
@@ -144,10 +169,20 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
 }
 
 void Aligner::learn(const Alignment& alignment) {
-  if (s_->nav.valid) s_->anchor.set(s_->nav.T, s_->nav_covariance_r, alignment);
-  else if (s_->corrected) s_->anchor.reset();  // it was of the pose that has been left
-  s_->learn(alignment);
-  s_->track.end_frame(s_->nav);
+  State& s = *s_;
+  if (s.said.valid) s.anchor.set(s.said.T, s.nav_covariance_r, alignment);
+  else if (s.corrected) s.anchor.reset();  // it was of the pose that has been left
+  if (s.nav_step.astray()) s.anchor.reset();
+  s.learn(alignment);
+  s.nav_step.after(alignment, alignment.consensus && !s.corrected && s.used != &s.by_search);
+  s.watch.update(s.now, s.said.valid, alignment);
+  if (alignment.consensus && s.said.valid) s.said_off = alignment.nav_disagreement;
+  s.track.end_frame(s.said);
+}
+
+NavFault Aligner::nav_fault() const {
+  if (s_->nav_step.fault() != NavFault::kNone) return s_->nav_step.fault();
+  return s_->watch.suspect() ? NavFault::kDisagrees : NavFault::kNone;
 }
 
 double Aligner::corner_variance_px2(std::uint16_t feature) const { return s_->scatter[feature]; }

@@ -51,8 +51,12 @@ class Aligner {
   /// Refines the pose of step() with edges that were found from it, corners included again. Edges not proven are not used.
   void refine(const EdgeSet& edges, Alignment& out);
 
-  /// What this frame teaches about predicting the next. Call last, once a frame.
+  /// What this frame teaches about predicting the next, and about navigation. Call last, once a frame.
   void learn(const Alignment& alignment);
+
+  /// What is wrong with navigation (nav_step.hpp, nav_watch.hpp). Until it is over the pose goes on from the picture, and no search has to
+  /// agree with navigation.
+  [[nodiscard]] NavFault nav_fault() const;
 
   /// Moves every prediction to the aligned pose, covariance from the alignment, survey and lens.
   void apply(const Alignment& alignment, PredictionSet& predicted) const;

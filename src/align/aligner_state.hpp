@@ -10,6 +10,8 @@
 #include "align/align.hpp"
 #include "align/anchor.hpp"
 #include "align/common_error.hpp"
+#include "align/nav_step.hpp"
+#include "align/nav_watch.hpp"
 #include "align/pose_track.hpp"
 
 namespace cyclops {
@@ -48,8 +50,13 @@ struct Aligner::State {
   double boresight;
   std::vector<Point<frame::K>> body;
 
-  align::Prior nav;                    // of this frame
+  Time now{};
+  align::Prior said;                   // by navigation, of this frame
   Mat6 nav_covariance_r{Mat6::Zero()}; // of the same, receiver axes
+  align::Prior nav;                    // of it what is believed
+  align::NavStep nav_step;
+  NavWatch watch;
+  double said_off{0};              // of navigation in the last frame with both
   align::Prior between;                // the same, or an earlier update carried on
   align::Anchor anchor;
   align::PoseTrack track;
@@ -71,6 +78,8 @@ struct Aligner::State {
   std::vector<double> scatter;         // by feature: variance of its corner about the aligned place, px^2 an axis
 
   [[nodiscard]] align::Prior prior_from(const RelativeState& state) const;
+  void take_navigation(const RelativeState& state);
+  [[nodiscard]] align::Prior believed() const;
   /// A lead for the pose that features have just agreed on. Where navigation says that it cannot be, the lead is navigation's: a
   /// pattern that repeats agrees with both.
   [[nodiscard]] double track_bonus() const;

@@ -31,6 +31,8 @@ class Anchor {
     prior.P = P_ + A * (carried.covariance - nav_covariance_r_) * A.transpose();
   }
   void reset() { held_ = false; }
+  /// Features agreed at the last update.
+  [[nodiscard]] bool held() const { return held_; }
 
  private:
   bool held_{false};

@@ -39,7 +39,7 @@ double PoseTrack::distance_px(const CameraPose& a, const CameraPose& b) const {
   return n == 0 ? 0 : std::sqrt(0.5 * sum / n);
 }
 
-void PoseTrack::predict(Time now, const Prior& nav) {
+void PoseTrack::predict(Time now, const Prior& nav, const Prior& motion) {
   now_ = now;
   if (nav.valid) {
     // However sure navigation is of itself now, the track must be able to follow any motion later.
@@ -55,8 +55,8 @@ void PoseTrack::predict(Time now, const Prior& nav) {
   if (!locked_ || !has_shape_ || blind > config_.forget_after_s) return;
   ways_[0] = T_;
   ways_[1] = moved(T_, velocity_ * blind);
-  way_nav_ = nav.valid && previous_nav_.valid;
-  ways_[2] = way_nav_ ? moved(T_, difference(previous_nav_.T, nav.T)) : ways_[1];
+  way_nav_ = motion.valid && previous_nav_.valid;
+  ways_[2] = way_nav_ ? moved(T_, difference(previous_nav_.T, motion.T)) : ways_[1];
   std::size_t best = way_error_px2_[0] < way_error_px2_[1] ? 0 : 1;
   if (way_nav_ && way_error_px2_[2] < way_error_px2_[best]) best = 2;
   prior_ = around(ways_[best], std::max(config_.track_floor_px, error_px_) + config_.track_growth_px_s * std::max(0.0, blind - 0.05));

@@ -20,8 +20,10 @@ class PoseTrack {
   /// All three must outlive this. `body`: the features, tanker body axes.
   PoseTrack(const AlignConfig& config, const Camera& camera, const std::vector<Point<frame::K>>& body)
       : config_(config), camera_(camera), body_(body) {}
-  /// Once a frame. `nav` is this frame's navigation, or invalid.
-  void predict(Time now, const Prior& nav);
+  /// Once a frame. `nav` is this frame's navigation, or invalid. `motion`: navigation to take its motion from since the frame before;
+  /// it may be believed where its place is not.
+  void predict(Time now, const Prior& nav, const Prior& motion);
+  void predict(Time now, const Prior& nav) { predict(now, nav, nav); }
   [[nodiscard]] const Prior& prior() const { return prior_; }
   /// Navigation of this frame says that the track cannot be where it is.
   [[nodiscard]] bool contradicted() const { return contradicted_; }
@@ -29,8 +31,9 @@ class PoseTrack {
   /// knows and the picture does not: no motion. `corrected`: neither is the way to this pose, the one before was wrong.
   void learn(const CameraPose& pose, bool with_navigation, bool corrected = false);
   /// Time since features last agreed; no track: longer than it is kept.
-  [[nodiscard]] double blind_s() const { return locked_ ? (now_ - t_pose_).seconds() : config_.forget_after_s; }
-  /// Once a frame, last: `nav` as given to predict.
+  [[nodiscard]] double blind_s() const { return blind_s(now_); }
+  [[nodiscard]] double blind_s(Time now) const { return locked_ ? (now - t_pose_).seconds() : config_.forget_after_s; }
+  /// Once a frame, last: what navigation said, to count its motion from.
   void end_frame(const Prior& nav) { previous_nav_ = nav; }
   void reset();
   /// That pose, known to `px`, with the shape of what is not known.

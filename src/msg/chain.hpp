@@ -64,6 +64,15 @@ struct CornerSet {
   std::uint32_t unreadable_px{0};      ///< pixels masked: missing rows, saturation
 };
 
+/// What is wrong with navigation, by the picture.
+enum class NavFault : std::uint8_t {
+  kNone,
+  kPositionStep,       ///< what it says of the place has changed in a way that its motion and the picture have not
+  kAttitudeStep,
+  kMotion,             ///< it does not move as it says: frozen, or of something else
+  kDisagrees,          ///< further from the picture than its covariance allows
+};
+
 /// What the group of all features says about the pose in front of the camera: navigation's own, corrected.
 struct Alignment {
   bool consensus{false};               ///< false: nothing below may be used

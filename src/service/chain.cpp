@@ -193,7 +193,8 @@ void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutp
     edge_finder_.crossings(out.edges, out.corners);
   }
   aligner_.learn(out.alignment);
-  out.nav_suspect = nav_watch_.update(out.in.frame.t_mid, out.in.nav.state.valid, out.alignment);
+  out.nav_fault = aligner_.nav_fault();
+  out.nav_suspect = out.nav_fault != NavFault::kNone;
   if (out.alignment.consensus) tracker_.nav_update(out.aligned);
 }
 

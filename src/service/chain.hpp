@@ -3,7 +3,6 @@
 ///
 /// Threads  one at a time; no heap after construction. Deterministic: `times` is the only output that is not.
 #include "align/align.hpp"
-#include "align/nav_watch.hpp"
 #include "associate/associate.hpp"
 #include "detect/corner_detector.hpp"
 #include "edge/edge_finder.hpp"
@@ -34,7 +33,8 @@ struct FrameOutput {
   SubImageSet sub_images{};
   CornerSet corners{};
   Alignment alignment{};
-  bool nav_suspect{false};    ///< navigation has contradicted the picture for a while
+  NavFault nav_fault{NavFault::kNone};
+  bool nav_suspect{false};    ///< it has one
   EdgeSet edges{};            ///< found in this frame, proven or not
   MatchSet matches{};
   TrackSet tracks_before{};   ///< moved to this frame, before association
@@ -70,7 +70,6 @@ class Chain {
   CameraMount mount_;
   Pose<frame::C, frame::R> T_c_r_;
   Aligner aligner_;
-  NavWatch nav_watch_;
   EdgeFinder edge_finder_;
   PatchMatcher patch_matcher_;
   Segmenter segmenter_;

@@ -12,6 +12,15 @@
 namespace cyclops {
 namespace {
 
+const char* told(NavFault fault) {
+  switch (fault) {
+    case NavFault::kPositionStep: return "TSPI stepped in position, the tanker seen did not; measurements go on from the picture";
+    case NavFault::kAttitudeStep: return "TSPI stepped in attitude, the tanker seen did not; measurements go on from the picture";
+    case NavFault::kMotion: return "TSPI does not move as its own velocity says; measurements go on from the picture";
+    default: return "TSPI disagrees with where the tanker is seen; measurements go on from the picture";
+  }
+}
+
 constexpr Duration kHealthEvery = Duration::from_ms(200);
 constexpr Duration kLookEvery = Duration::from_ms(20);   ///< so soon after its cause an alarm is out
 constexpr Duration kSpan = Duration::from_seconds(1);    ///< of the recent percentiles
@@ -113,7 +122,7 @@ class PublishThread {
     if (f->out.nav_suspect != s_.facts.nav_suspect) {
       const Time t = f->out.in.frame.t_mid;
       if (f->out.nav_suspect)
-        s_.events.post(t, EventLevel::kWarning, "align", "nav.contradicted", "TSPI disagrees with where the tanker is seen; measurements go on from the picture");
+        s_.events.post(t, EventLevel::kWarning, "align", "nav.contradicted", told(f->out.nav_fault));
       else s_.events.post(t, EventLevel::kRecovery, "align", "nav.agrees", "TSPI and picture agree again");
     }
     if (s_.recorder && f->pixels) s_.recorder->pixels(std::move(*f->pixels), f->number, f->out.in.frame.t_mid);

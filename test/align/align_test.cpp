@@ -240,6 +240,30 @@ TEST_F(AlignTest, SaysThatNavigationContradictsThePicture) {
   }
 }
 
+TEST_F(AlignTest, AStepOfNavigationsAttitudeDoesNotTakeThePoseAlong) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    // GIVEN a tanker seen among clutter for two seconds
+    Aligner aligner({}, model, camera, T_c_r, 0);
+    Alignment out;
+    test::Random random(seed);
+    std::normal_distribution<double> n;
+    const Vec3 axis = Vec3(n(random), n(random), n(random)).normalized();
+    for (int k = 0; k < 80; ++k) {
+      // WHEN the attitude that navigation says steps by two degrees, four of its sigmas, from one frame to the next
+      RelativeState state = nav;
+      if (k >= 60) state.T_r_k = moved(2 * kDeg * axis, Vec3::Zero());
+      see(nav.T_r_k, 10, 100, seed * 1000 + static_cast<std::uint64_t>(k));
+      ASSERT_TRUE(aligner.predict(Time{1'000'000'000 + k * 33'333'333LL}, &state));
+      aligner.step(*predicted, *corners, out);
+      aligner.learn(out);
+      // THEN the pose stays with the picture, and a third of a second later it is told
+      ASSERT_TRUE(k < 60 || !out.consensus || worst_px(out.T_c_k) < 3) << "seed " << seed << " frame " << k << ": " << worst_px(out.T_c_k) << " px";
+      ASSERT_TRUE(k >= 60 || aligner.nav_fault() == NavFault::kNone) << "seed " << seed << " frame " << k;
+    }
+    EXPECT_EQ(aligner.nav_fault(), NavFault::kAttitudeStep) << "seed " << seed;
+  }
+}
+
 TEST_F(AlignTest, UsesNoHeapAndGivesTheSameBitsTwice) {
   Alignment a, b;
   for (Alignment* out : {&a, &b}) {
