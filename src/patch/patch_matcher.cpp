@@ -12,6 +12,7 @@ constexpr double kDeg = 3.14159265358979323846 / 180;
 constexpr int kMostMisses = 5;          // in a row, then the patch is taken anew
 constexpr double kLongest = 60;         // frames: the anchor follows the mean of so many
 constexpr double kWanderGain = 0.2;
+constexpr double kWanderShare = 0.33;  // of the variance about the anchor is the patch itself, the rest the pose of each frame
 constexpr double kUnknownWander = 2;     // of a patch just taken, in units of the most that is steady
 
 /// Line of sight in the tanker's axes, and range.
@@ -70,7 +71,7 @@ bool PatchMatcher::own(const ImageView& image, const RowMask* missing, const Ali
       patch.offset_px += gap / patch.frames;
       place = found.uv_px - patch.offset_px;
       corner.uv_px = place;
-      corner.cov_px2 = found.cov_px2 + p.cov_px2 + config_.anchor_floor_px * config_.anchor_floor_px * Mat2::Identity();
+      corner.cov_px2 = found.cov_px2 + p.cov_px2 + std::max(kWanderShare * patch.wander2, config_.anchor_floor_px * config_.anchor_floor_px) * Mat2::Identity();
       corner.subpixel = true;
       corner.kind = PointKind::kPatch;
       corner.feature = p.feature;

@@ -199,13 +199,15 @@ void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutp
 }
 
 /// What a corner's own sharpness does not show: that it is not the surveyed point, and that it was chosen by a pose that is off. A patch
-/// has the aligned prediction's covariance, with all that predictions allow for.
+/// has the aligned prediction's covariance, with all that predictions allow for. Learnt places keep that: they come from such poses, and
+/// agree with each other however far the axes are off.
 void Chain::add_scatter(const Alignment& alignment, MeasurementSet& set) const {
   const double believed = alignment.common_px * alignment.common_px, allowed = alignment.allowed_px * alignment.allowed_px;
   for (Measurement& m : set.items) {
     if (!m.accepted) continue;
+    const double common = rig_.tanker.features()[m.feature].cov_m2 ? allowed : believed;
     const double scatter = m.kind == PointKind::kCorner ? aligner_.corner_variance_px2(m.feature) : 0;
-    m.cov_px2 += (believed + (m.kind == PointKind::kPatch ? -allowed : scatter)) * Mat2::Identity();
+    m.cov_px2 += (common + (m.kind == PointKind::kPatch ? -allowed : scatter)) * Mat2::Identity();
   }
 }
 
