@@ -12,7 +12,7 @@ constexpr double kDeg = 3.14159265358979323846 / 180;
 constexpr int kMostMisses = 5;          // in a row, then the patch is taken anew
 constexpr double kLongest = 60;         // frames: the anchor follows the mean of so many
 constexpr double kWanderGain = 0.2;
-constexpr double kWanderShare = 0.33;  // of the variance about the anchor is the patch itself, the rest the pose of each frame
+constexpr double kWanderShare = 0.2;   // of the variance about the anchor is the patch itself, the rest the pose of each frame
 constexpr double kUnknownWander = 2;     // of a patch just taken, in units of the most that is steady
 
 /// Line of sight in the tanker's axes, and range.
