@@ -33,7 +33,7 @@ OPT_debug    := -O0 -g
 OPT_asan     := -O1 -g -fsanitize=address -fno-omit-frame-pointer
 OPT_ubsan    := -O1 -g -fsanitize=undefined -fno-sanitize-recover=all
 OPT_tsan     := -O1 -g -fsanitize=thread
-OPT_coverage := -O0 -g --coverage -fprofile-update=atomic
+OPT_coverage := -O1 -g --coverage -fprofile-update=atomic
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Werror=return-type
 # No fused multiply-add: every build of the same source gives the same bits. -ffp-contract=off alone is not enough, GCC 12 makes
 # vfmsubadd of neighbouring operations. The corner kernel asks for fused ones by name (src/detect/lanes.hpp), so its folder may.

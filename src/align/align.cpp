@@ -91,7 +91,7 @@ void Aligner::State::learn(const Alignment& out) {
     v = std::max(v, config.scatter_floor_px * config.scatter_floor_px);
   }
   track.learn(out.T_c_k, nav.valid, corrected);
-  common.learn(shown(out));
+  common.learn(support(out), out.residual_px);
 }
 
 Aligner::Aligner(const AlignConfig& config, const TankerModel& model, const Camera& camera, const Pose<frame::C, frame::R>& T_c_r,
@@ -188,14 +188,14 @@ NavFault Aligner::nav_fault() const {
 double Aligner::corner_variance_px2(std::uint16_t feature) const { return s_->scatter[feature]; }
 
 void Aligner::apply(const Alignment& alignment, PredictionSet& predicted) const {
-  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, alignment.allowed_px, predicted);
+  if (alignment.consensus) s_->place(alignment.T_c_k, alignment.covariance, alignment.common_px, predicted);
 }
 
 void Aligner::widen(PredictionSet& predicted) const {
   s_->place(prior_pose(), s_->sharpest().P, 0, predicted);
 }
 
-void Aligner::State::place(const CameraPose& pose, const Mat6& P, double allowed_px, PredictionSet& predicted) const {
+void Aligner::State::place(const CameraPose& pose, const Mat6& P, double common_px, PredictionSet& predicted) const {
   for (Prediction& p : predicted.items) {
     if (p.visibility == Visibility::kDisabled || p.visibility == Visibility::kFacingAway || p.visibility == Visibility::kHidden) continue;
     const auto at = projected(camera, pose, body[p.feature]);
@@ -205,7 +205,7 @@ void Aligner::State::place(const CameraPose& pose, const Mat6& P, double allowed
     }
     const Mat3 survey = TankerModel::covariance_in_camera(model.features()[p.feature], pose.rotation().matrix());
     p.uv_px = at->uv;
-    p.cov_px2 = at->by_pose * P * at->by_pose.transpose() + at->by_point * survey * at->by_point.transpose() + allowed_px * allowed_px * Mat2::Identity();
+    p.cov_px2 = at->by_pose * P * at->by_pose.transpose() + at->by_point * survey * at->by_point.transpose() + common_px * common_px * Mat2::Identity();
     p.visibility = camera.inside(at->uv) ? Visibility::kVisible : Visibility::kOutsideImage;
   }
 }

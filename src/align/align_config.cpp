@@ -22,8 +22,6 @@ Result<AlignConfig> AlignConfig::read(ConfigTable& t, AlignConfig c) {
   t.read_in("robust_scale", 0.5, 20.0, c.robust_scale);
   t.read_in("common_share", 0.0, 10.0, c.common_share);
   t.read_in("sure_support", 0.0, 1.0, c.sure_support);
-  t.read_in("common_support", 0.0, 1.0, c.common_support);
-  t.read_in("allowed_share", 0.0, 10.0, c.allowed_share);
   t.read_in("doubtful_support", 0.0, 1.0, c.doubtful_support);
   t.read_in("common_floor_px", 0.0, 10.0, c.common_floor_px);
   t.read_in("track_floor_px", 0.1, 50.0, c.track_floor_px);

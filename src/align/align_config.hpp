@@ -17,17 +17,14 @@ struct AlignConfig {
   double min_evidence{3.0};
   double min_margin{1.0};         ///< over the next different reading;
   double wide_margin{7.0};        ///< this from a prior with a larger 1 sigma
-  double wide_px{3.0};            ///< than this on the image, rms of the features, an axis,
-  double sure_support{0.62};      ///< unless this share of the features in view finds its corner
+  double wide_px{3.0};            ///< than this on the image, rms of the features, an axis
   int min_inliers{4};             ///< one less when fewer than 7 features can be seen
   double min_support{0.3};        ///< and this share of the features in view
   double inlier_px{3.0};          ///< radius within which a corner supports the final pose
   double robust_scale{1.5};       ///< residuals beyond this many sigma lose their weight
-  double common_share{0.15};      ///< error that all features of a frame share and the pose's covariance does not know: so much of the typical distance of a
-                                  ///< corner from the pose, over the root of how many corners support it,
-  double common_support{0.58};    ///< when this share of the features in view finds its corner and more;
+  double common_share{0.4};       ///< error that the features of a frame share, as a share of a corner's typical distance from the pose,
+  double sure_support{0.62};      ///< when this share of the features in view finds its corner and more;
   double doubtful_support{0.45};  ///< all of that distance when only this share does; between them in proportion
-  double allowed_share{0.4};      ///< predictions allow for this share of that distance when `sure_support` of the features find a corner, and for all of it likewise
   double common_floor_px{0.05};   ///< least 1 sigma of that error
   double track_floor_px{1.5};     ///< prediction from earlier frames is never more certain than this
   double track_growth_px_s{6.0};  ///< growth of its uncertainty without consensus

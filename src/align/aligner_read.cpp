@@ -132,8 +132,7 @@ void Aligner::State::refine(const View& view, const Vec6& start, Alignment& out)
   out.covariance = H.inverse();
   out.considered = static_cast<std::uint32_t>(problem.seen.size());
   out.residual_px = median_residual_px();
-  out.common_px = common.sigma_px(shown(out));
-  out.allowed_px = common.allowed_px(shown(out));
+  out.common_px = common.sigma_px(support(out), out.residual_px);
 }
 
 double Aligner::State::median_residual_px() {

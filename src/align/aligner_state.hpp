@@ -98,11 +98,10 @@ struct Aligner::State {
   [[nodiscard]] double median_residual_px();
   void learn(const Alignment& out);
   void compare_with_navigation(Alignment& out) const;
-  void place(const align::CameraPose& pose, const Mat6& P, double allowed_px, PredictionSet& predicted) const;
+  void place(const align::CameraPose& pose, const Mat6& P, double common_px, PredictionSet& predicted) const;
 };
 
 /// Share of the features in view that found a corner.
 inline double support(const Alignment& a) { return static_cast<double>(a.inliers) / std::max(1.0, static_cast<double>(a.considered)); }
-inline align::CommonError::Shown shown(const Alignment& a) { return {support(a), static_cast<double>(a.inliers), a.residual_px}; }
 
 }  // namespace cyclops

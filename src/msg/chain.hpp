@@ -86,7 +86,6 @@ struct Alignment {
   Mat6 covariance{Mat6::Identity()};   ///< [rotation vector about the tanker INS in c axes (rad); translation in c (m)]
   double residual_px{0};               ///< median distance of a supporting corner from its feature
   double common_px{0};                 ///< 1 sigma an axis of an error that all features share and the covariance does not hold
-  double allowed_px{0};                ///< and what predictions allow for it, not less
 };
 
 /// A straight edge between two features, as seen in the image: two points of it with normals and independent errors.

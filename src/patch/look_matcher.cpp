@@ -60,11 +60,11 @@ bool LookMatcher::find(PatchSearch& search, const ImageView& image, const RowMas
   if (k == nullptr) return false;
   const Look& look = *k->look;
   PatchSearch::Found found;
-  const bool matched = search.turn(look.patch, alignment.T_c_k, look.p_k) && search.match(image, missing, aligned, alignment.allowed_px, found);
+  const bool matched = search.turn(look.patch, alignment.T_c_k, look.p_k) && search.match(image, missing, aligned, alignment.common_px, found);
   const double square = matched ? 0.5 * (found.uv_px - aligned.uv_px).squaredNorm() : std::pow(kMissSigmas * config_.steady_px, 2);
   k->square_px2 += kGain * (square - k->square_px2);
   if (!matched || k->square_px2 > config_.steady_px * config_.steady_px + 0.5 * aligned.cov_px2.trace()) return false;
-  const double place2 = std::max(look.scatter_px * look.scatter_px, k->square_px2) + look.anchor_px * look.anchor_px + alignment.allowed_px * alignment.allowed_px;
+  const double place2 = std::max(look.scatter_px * look.scatter_px, k->square_px2) + look.anchor_px * look.anchor_px + alignment.common_px * alignment.common_px;
   out.uv_px = found.uv_px;
   out.cov_px2 = found.cov_px2 + place2 * Mat2::Identity();
   out.subpixel = true;

@@ -7,8 +7,8 @@
 ///          within `scale`; of another lens too.
 /// Choice   by measured strength: its matches' mean square distance from the aligned place, in its own flight to begin with, then here.
 ///          A failed match counts as a large distance. The least wins, nearer views first where two are as good.
-/// Certain  as the match, what the look has shown, and what is known of its feature in it say together; and what all predictions of the
-///          frame allow for, as every patch has it until it is published.
+/// Certain  as the match, what the look has shown, and what is known of its feature in it say together; and what all features of the
+///          frame may share, as every patch has it.
 /// Refused  one that does not agree with the aligned places, `steady_px` rms: it is tried on.
 /// Frames   raw pixels. Threads: one at a time. Memory: everything on construction. Deterministic.
 #include <vector>

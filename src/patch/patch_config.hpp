@@ -13,7 +13,7 @@ struct PatchConfig {
   double view_deg{4};             ///< a view turned further than this is looked at anew
   double scale{1.2};              ///< or nearer, or further, by this factor
   double least_support{0.3};      ///< share of the features in view whose corners agree with the pose, below which no match is used
-  double anchor_floor_px{0.08};   ///< least 1 sigma of a patch about its feature, however long it has been watched
+  double anchor_floor_px{0.15};   ///< least 1 sigma of a patch about its feature, however long it has been watched
   double steady_px{1.0};          ///< most rms an axis of a patch about its anchor
   double sigma_most_px{2.0};      ///< a match is used when its larger 1 sigma is below this
 

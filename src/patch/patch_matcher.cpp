@@ -9,10 +9,10 @@ namespace cyclops {
 namespace {
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
-constexpr int kMostMisses = 5;          // in a row, then the patch is taken anew
-constexpr double kLongest = 60;         // frames: the anchor follows the mean of so many
+constexpr int kMostMisses = 5;           // in a row, then the patch is taken anew
+constexpr double kLongest = 60;          // frames: the anchor follows the mean of so many
 constexpr double kWanderGain = 0.2;
-constexpr double kWanderShare = 0.2;   // of the variance about the anchor is the patch itself, the rest the pose of each frame
+constexpr double kWanderShare = 0.2;     // of the variance about the anchor is the patch itself, the rest the pose of each frame
 constexpr double kUnknownWander = 2;     // of a patch just taken, in units of the most that is steady
 
 /// Line of sight in the tanker's axes, and range.
@@ -63,7 +63,7 @@ bool PatchMatcher::own(const ImageView& image, const RowMask* missing, const Ali
   bool anew = !patch.known, good = false;
   if (patch.known) {
     PatchSearch::Found found;
-    if (search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) && search_.match(image, missing, p, alignment.allowed_px, found)) {
+    if (search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) && search_.match(image, missing, p, alignment.common_px, found)) {
       patch.misses = 0;
       const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
       patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);

@@ -105,8 +105,8 @@ bool PatchSearch::read_field(const ImageView& image, const RowMask* missing, con
   return read_square(image, missing, u0, v0, field_side_, field_.data());
 }
 
-bool PatchSearch::match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double allowed_px, Found& out) {
-  const double sigma = larger_sigma(aligned.cov_px2 - allowed_px * allowed_px * Mat2::Identity());  // an error of every frame moves no patch
+bool PatchSearch::match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out) {
+  const double sigma = larger_sigma(aligned.cov_px2 - common_px * common_px * Mat2::Identity());  // an error of every frame moves no patch
   const int search = std::min(kMostSearch, 1 + static_cast<int>(std::ceil(std::min(config_.search_most_px, std::max(1.0, config_.search_sigmas * sigma)))));
   Vec2 origin;
   if (!read_field(image, missing, aligned.uv_px, search, origin)) return false;

@@ -33,8 +33,8 @@ class PatchSearch {
   bool turn(const StoredPatch& patch, const Pose<frame::C, frame::K>& T_c_k, const Point<frame::K>& p_k);
   /// Offsets in the stored picture from those in the turned one.
   [[nodiscard]] const Mat2& then_from_now() const { return A_; }
-  /// The turned patch near `aligned`, as far as its covariance without `allowed_px` says.
-  bool match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double allowed_px, Found& out);
+  /// The turned patch near `aligned`, as far as its covariance without `common_px` says.
+  bool match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out);
 
  private:
   static constexpr int kMostHalf = 10, kMostSearch = 9;

@@ -7,6 +7,8 @@
 namespace cyclops {
 namespace {
 
+constexpr double kAnAxis = 0.849;  // 1 sigma an axis of a distance with the median 1 (Rayleigh)
+
 /// Measures the stages one after the other.
 class Stopwatch {
  public:
@@ -198,16 +200,14 @@ void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutp
   if (out.alignment.consensus) tracker_.nav_update(out.aligned);
 }
 
-/// What a corner's own sharpness does not show: that it is not the surveyed point, and that it was chosen by a pose that is off. A patch
-/// has the aligned prediction's covariance, with all that predictions allow for. Learnt places keep that: they come from such poses, and
-/// agree with each other however far the axes are off.
+/// What a corner's own sharpness does not show: that it is not the surveyed point, and that it was chosen by a pose that may be off. A
+/// patch has the latter from the aligned prediction.
 void Chain::add_scatter(const Alignment& alignment, MeasurementSet& set) const {
-  const double believed = alignment.common_px * alignment.common_px, allowed = alignment.allowed_px * alignment.allowed_px;
+  const double shared = kAnAxis * alignment.common_px;
   for (Measurement& m : set.items) {
-    if (!m.accepted) continue;
-    const double common = rig_.tanker.features()[m.feature].cov_m2 ? allowed : believed;
+    if (!m.accepted || m.kind == PointKind::kPatch) continue;
     const double scatter = m.kind == PointKind::kCorner ? aligner_.corner_variance_px2(m.feature) : 0;
-    m.cov_px2 += (common + (m.kind == PointKind::kPatch ? -allowed : scatter)) * Mat2::Identity();
+    m.cov_px2 += (scatter + shared * shared) * Mat2::Identity();
   }
 }
 
