@@ -104,8 +104,8 @@ class Import {
  private:
   void add_time_marks();
   Result<> add_frame(const PriorPose& p);
-  Result<Picture> picture_of(const PriorPose& p);
-  Result<std::int64_t> write_pixels(const Capture& capture, const Picture& picture);
+  Result<GreyPicture> picture_of(const PriorPose& p);
+  Result<std::int64_t> write_pixels(const Capture& capture, const GreyPicture& picture);
   void add_strobe(const Capture& capture);
   Result<> add_tspi(const Capture& capture, const PriorPose& p);
   [[nodiscard]] Vec3 middle_in_camera(const PriorPose& p) const { return (p.T_c_m * Point<frame::M>(extent_.middle)).xyz; }
@@ -164,7 +164,7 @@ Result<> Import::add_frame(const PriorPose& p) {
 }
 
 /// The first picture tells the bits of all.
-Result<Picture> Import::picture_of(const PriorPose& p) {
+Result<GreyPicture> Import::picture_of(const PriorPose& p) {
   const auto file = folder_.pictures.find(p.frame);
   if (file == folder_.pictures.end()) return make_error(ErrorCode::kNotFound, options_.folder + "/frames", "no picture for frame " + std::to_string(p.frame) + " of the prior");
   auto picture = read_picture(file->second, folder_.k);
@@ -176,7 +176,7 @@ Result<Picture> Import::picture_of(const PriorPose& p) {
   return picture;
 }
 
-Result<std::int64_t> Import::write_pixels(const Capture& capture, const Picture& picture) {
+Result<std::int64_t> Import::write_pixels(const Capture& capture, const GreyPicture& picture) {
   const cv::Mat& samples = picture.samples;
   FlightFrame frame;
   frame.camera_frame_id = static_cast<std::uint64_t>(capture.id);

@@ -232,7 +232,7 @@ Result<PictureByFrame> list_pictures(const std::string& folder) {
   return out;
 }
 
-Result<Picture> read_picture(const std::string& path, const Intrinsics& k) {
+Result<GreyPicture> read_picture(const std::string& path, const Intrinsics& k) {
   cv::Mat image;
   try {
     image = cv::imread(path, cv::IMREAD_UNCHANGED);
@@ -248,7 +248,7 @@ Result<Picture> read_picture(const std::string& path, const Intrinsics& k) {
   if (image.depth() != CV_8U && image.depth() != CV_16U) return make_error(ErrorCode::kUnsupported, path, "has neither 8 nor 16 bits a sample");
   if (image.cols != k.width || image.rows != k.height)
     return make_error(ErrorCode::kInvalid, path, "is " + std::to_string(image.cols) + " x " + std::to_string(image.rows) + " px, expected " + std::to_string(k.width) + " x " + std::to_string(k.height) + " by camera.json");
-  return Picture{image, colour};
+  return GreyPicture{image, colour};
 }
 
 double estimate_sigma_px(const std::vector<PriorPose>& prior, const Camera& camera, const Point<frame::M>& middle) {

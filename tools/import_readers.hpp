@@ -39,7 +39,7 @@ using TruthByFrame = std::map<std::int64_t, std::vector<TruthPoint>>;
 
 using PictureByFrame = std::map<std::int64_t, std::string>;  ///< path of each frame's picture
 
-struct Picture {
+struct GreyPicture {
   cv::Mat samples;                   ///< one channel, CV_8U or CV_16U, rows x columns of the camera
   bool from_colour{false};
 };
@@ -71,7 +71,7 @@ Result<TruthByFrame> read_truth(const std::string& path);
 Result<PictureByFrame> list_pictures(const std::string& folder);
 
 /// Grey samples as they are in the file; colour is made grey. The size must be that of the camera.
-Result<Picture> read_picture(const std::string& path, const Intrinsics& k);
+Result<GreyPicture> read_picture(const std::string& path, const Intrinsics& k);
 
 /// 1 sigma, px an axis, of the prior's noise that is not motion: median second difference of the projected `middle`, taken as the
 /// white fifth of the variance of a prior whose other four fifths vary slowly. 1.5 to 15; 6 when fewer than 8 differences are there.
