@@ -56,8 +56,8 @@ struct Aligner::State {
   align::Prior nav;                    // of it what is believed
   align::NavStep nav_step;
   NavWatch watch;
-  double said_off{0};              // of navigation in the last frame with both
-  align::Prior between;                // the same, or an earlier update carried on
+  double said_off{0};                  // squared distance of navigation from the pose, in the last frame with both
+  align::Prior between;                // nav, or an earlier update carried on
   align::Anchor anchor;
   align::PoseTrack track;
   align::CommonError common;

@@ -14,8 +14,6 @@ constexpr double kWalk = 0.05;       // the bias of before goes on changing by t
 constexpr int kFrozenFrames = 3;
 constexpr double kPlausible = 27.9;  // 99.99 % of chi-square with 6 degrees of freedom
 
-double squared(const Vec6& d, const Mat6& P) { return d.dot(P.ldlt().solve(d)); }
-
 }  // namespace
 
 void NavStep::Scatter::learn(double ratio, double dt_s) {
@@ -40,11 +38,11 @@ void NavStep::before(Time now, const Prior& nav, const Vec6& per_second, bool su
     Mat6 S = own_scatter_.share * a_second;
     S.diagonal().head<3>().array() += std::pow(0.5 * kTurn_rps2 * T * T, 2);
     S.diagonal().tail<3>().array() += std::pow(0.5 * kShift_mps2 * T * T, 2);
-    astray_ = T < kSoon_s && own_scatter_.seen >= kFrames && squared(r, S) > kAstray;
+    astray_ = T < kSoon_s && own_scatter_.seen >= kFrames && squared_length(r, S) > kAstray;
     own_.d += r;
     own_.P += S;
     own_s_ += T;
-    own_scatter_.learn(squared(r, a_second) / 6, T);
+    own_scatter_.learn(squared_length(r, a_second) / 6, T);
   }
   astray_frames_ = astray_ ? astray_frames_ + 1 : 0;
   if (astray_) {
@@ -56,10 +54,10 @@ void NavStep::before(Time now, const Prior& nav, const Vec6& per_second, bool su
 
 /// Two explanations of a change: navigation made it, and says so itself; or the pose did.
 bool NavStep::of_navigation(const Vec6& change, const Mat6& W) const {
-  const double by_pose = squared(own_.d, own_.P), by_navigation = squared(own_.d - change, own_.P + W);
+  const double by_pose = squared_length(own_.d, own_.P), by_navigation = squared_length(own_.d - change, own_.P + W);
   const double odds = 0.5 * (by_pose - by_navigation);
   if (own_s_ <= kSoon_s) return odds > kOdds;
-  return steady_ && odds > -1 && squared(change, W) > 2 * kStep && squared(change, nav_.P) > 2 * kLeast;
+  return steady_ && odds > -1 && squared_length(change, W) > 2 * kStep && squared_length(change, nav_.P) > 2 * kLeast;
 }
 
 void NavStep::after(const Alignment& alignment, bool steady) {
@@ -78,7 +76,7 @@ void NavStep::compare(const Alignment& alignment) {
     const Mat6 W = scatter_.share * longer * both;
     judge(y - bias_, W);
     if (trial_ || fault_ != NavFault::kNone) come_back(y, W, alignment);
-    if (!trial_) scatter_.learn(squared(y - bias_, longer * both) / 6, interval_s);
+    if (!trial_) scatter_.learn(squared_length(y - bias_, longer * both) / 6, interval_s);
     interval_s_ += kIntervalGain * (interval_s - interval_s_);
   }
   if (!trial_) follow(y);
@@ -98,7 +96,7 @@ void NavStep::follow(const Vec6& y) {
 }
 
 void NavStep::judge(const Vec6& change, const Mat6& W) {
-  if (trial_ || scatter_.seen < kFrames || squared(change, W) < kStep || squared(change, nav_.P) < kLeast || !of_navigation(change, W)) return;
+  if (trial_ || scatter_.seen < kFrames || squared_length(change, W) < kStep || squared_length(change, nav_.P) < kLeast || !of_navigation(change, W)) return;
   if (fault_ == NavFault::kNone) {
     before_ = {bias_, W};
     t_before_ = now_;
@@ -113,7 +111,7 @@ void NavStep::judge(const Vec6& change, const Mat6& W) {
 /// In a trial and after: is navigation where it was before?
 void NavStep::come_back(const Vec6& y, const Mat6& W, const Alignment& alignment) {
   const Mat6 P = before_.P + W + kWalk * (now_ - t_before_).seconds() * nav_.P;
-  const bool away = squared(y - before_.d, P) > kStays;
+  const bool away = squared_length(y - before_.d, P) > kStays;
   if (away) t_away_ = now_;
   if (trial_ && !away && fault_ == NavFault::kNone) trial_ = false;
   if (trial_ && away) lasts();

@@ -31,11 +31,11 @@ inline Vec6 difference(const CameraPose& a, const CameraPose& b) {
   return d;
 }
 
-/// Squared Mahalanobis distance of two poses, 6 degrees of freedom. P: covariance of their difference.
-inline double squared_distance(const CameraPose& a, const CameraPose& b, const Mat6& P) {
-  const Vec6 gap = difference(a, b);
-  return gap.dot(P.ldlt().solve(gap));
-}
+/// Squared Mahalanobis length, 6 degrees of freedom. P: covariance of d.
+inline double squared_length(const Vec6& d, const Mat6& P) { return d.dot(P.ldlt().solve(d)); }
+
+/// That of the difference of two poses. P: its covariance.
+inline double squared_distance(const CameraPose& a, const CameraPose& b, const Mat6& P) { return squared_length(difference(a, b), P); }
 
 struct Projected {
   Vec2 uv{0, 0};                                     ///< raw px

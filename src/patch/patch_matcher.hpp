@@ -6,8 +6,9 @@
 /// place; in later frames they are turned and scaled as the pose says, and looked for near the new aligned place.
 ///
 /// Anchor   the mean of matched less aligned place over the frames since the patch was taken is removed, so that a match
-///          tells where the feature is and not what error the pose had in one frame. The anchor's variance shrinks with the
-///          number of frames, down to a floor.
+///          tells where the feature is and not what error the pose had in one frame.
+/// Certain  as the match and the aligned prediction are, and a share of the variance with which matches wander about the anchor, not
+///          below a floor.
 /// Steady   surroundings that belong to something else, before or behind, slide against the feature as the view turns: a patch
 ///          is used only while its place wanders little about its anchor.
 /// Anew     a patch is taken again when the view has turned or the scale has changed too far, at the place that the old

@@ -17,31 +17,16 @@ using test::LookScene;
 
 double otherwise(double y, double z) { return 120 + 50 * std::cos(7.3 * y + 1.1) * std::sin(6.1 * z); }
 
-class LookMatcherTest : public ::testing::Test {
+class LookMatcherTest : public test::MatcherTest {
  protected:
   /// Frame n, with the pose off by `off_m` to the right.
   void frame(PatchMatcher& matcher, int n, double off_m = 0) {
     const test::CameraPose t = LookScene::truth(n);
-    image = scene.plate.draw(t, grain, dark, static_cast<std::uint64_t>(n + 100));
-    alignment.consensus = true;
-    alignment.inliers = alignment.considered = 6;
-    alignment.T_c_k = {t.rotation(), Point<frame::C>(t.translation().xyz + Vec3(off_m, 0, 0))};
-    scene.plate.predict(alignment.T_c_k, 0.4, *aligned);
-    corners->items.clear();
-    matcher.step(image, nullptr, alignment, *aligned, *corners);
-  }
-  const Corner* of(int feature) const {
-    for (const Corner& c : corners->items)
-      if (c.feature == feature) return &c;
-    return nullptr;
+    show(matcher, scene.plate, t, {t.rotation(), Point<frame::C>(t.translation().xyz + Vec3(off_m, 0, 0))}, grain, 0.4, static_cast<std::uint64_t>(n + 100));
   }
   Vec2 error(int feature, int n) const { return of(feature)->uv_px - scene.plate.at(LookScene::truth(n), static_cast<std::size_t>(feature)); }
 
   LookScene scene;
-  ImageView image;
-  Alignment alignment;
-  std::unique_ptr<PredictionSet> aligned = std::make_unique<PredictionSet>();
-  std::unique_ptr<CornerSet> corners = std::make_unique<CornerSet>();
 };
 
 TEST_F(LookMatcherTest, AFeatureIsMeasuredInTheFirstFrameWhateverItsPoseIsOff) {

@@ -4,7 +4,10 @@
 
 #include <cmath>
 
+#include <memory>
+
 #include "patch/looks.hpp"
+#include "patch/patch_matcher.hpp"
 #include "patch/patch_search.hpp"
 #include "test/plate.hpp"
 
@@ -36,6 +39,30 @@ struct LookScene {
     l.correlation = 0.96875;
     return l;
   }
+};
+
+/// Frames of a plate before a matcher whose group agrees on a pose.
+class MatcherTest : public ::testing::Test {
+ protected:
+  void show(PatchMatcher& matcher, Plate& plate, const CameraPose& truth, const CameraPose& agreed, const Paint& paint, double sigma_px, std::uint64_t noise) {
+    image = plate.draw(truth, paint, dark, noise);
+    alignment.consensus = true;
+    alignment.inliers = alignment.considered = 6;
+    alignment.T_c_k = agreed;
+    plate.predict(agreed, sigma_px, *aligned);
+    corners->items.clear();
+    matcher.step(image, nullptr, alignment, *aligned, *corners);
+  }
+  const Corner* of(int feature) const {
+    for (const Corner& c : corners->items)
+      if (c.feature == feature) return &c;
+    return nullptr;
+  }
+
+  ImageView image;
+  Alignment alignment;
+  std::unique_ptr<PredictionSet> aligned = std::make_unique<PredictionSet>();
+  std::unique_ptr<CornerSet> corners = std::make_unique<CornerSet>();
 };
 
 }  // namespace cyclops::test

@@ -13,29 +13,14 @@ namespace {
 using test::blots;
 using test::dark;
 
-class PatchMatcherTest : public ::testing::Test {
+class PatchMatcherTest : public test::MatcherTest {
  protected:
   static test::CameraPose truth(int n) { return test::LookScene::truth(n); }
-  void frame(PatchMatcher& matcher, int n, const test::CameraPose& aligned_pose, const test::Paint& paint = blots) {
-    image = plate.draw(truth(n), paint, dark, static_cast<std::uint64_t>(n + 1));
-    alignment.consensus = true;
-    alignment.inliers = alignment.considered = 6;
-    alignment.T_c_k = aligned_pose;
-    plate.predict(aligned_pose, 0.3, *aligned);
-    corners->items.clear();
-    matcher.step(image, nullptr, alignment, *aligned, *corners);
-  }
-  const Corner* of(int feature) const {
-    for (const Corner& c : corners->items)
-      if (c.feature == feature) return &c;
-    return nullptr;
+  void frame(PatchMatcher& matcher, int n, const test::CameraPose& agreed, const test::Paint& paint = blots) {
+    show(matcher, plate, truth(n), agreed, paint, 0.3, static_cast<std::uint64_t>(n + 1));
   }
 
   test::Plate plate;
-  ImageView image;
-  Alignment alignment;
-  std::unique_ptr<PredictionSet> aligned = std::make_unique<PredictionSet>();
-  std::unique_ptr<CornerSet> corners = std::make_unique<CornerSet>();
 };
 
 TEST_F(PatchMatcherTest, FindsWhatIsNoCornerAgain) {
