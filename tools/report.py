@@ -165,7 +165,7 @@ def latency_over_time(page, log_health):
         axis.plot(t, [getattr(h, field) for h in log_health], color=colour, lw=1.1, label=field[11:])
     axis.set(xlabel="time (s)", ylabel="latency (ms)", ylim=(0, None))
     axis.legend(ncol=3, frameon=False, fontsize=7.5)
-    page.plot(figure, "latency", "Last packet of a frame to its measurements on the network, over the last 5 s at each moment.")
+    page.plot(figure, "latency", "Last packet of a frame to its measurements on the network, over the last 1 to 2 s at each moment.")
 
 
 # --- frames with what was seen ------------------------------------------------------------------------------------
