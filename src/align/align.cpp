@@ -168,6 +168,13 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
   s.compare_with_navigation(out);
 }
 
+void Aligner::hold(const LandmarkSet& landmarks, Alignment& out) {
+  State& s = *s_;
+  if (!out.consensus || landmarks.empty() || s.corrected) return;
+  out.T_c_k = s.held(landmarks, out);
+  s.compare_with_navigation(out);
+}
+
 void Aligner::learn(const Alignment& alignment) {
   State& s = *s_;
   if (s.said.valid) s.anchor.set(s.said.T, s.nav_covariance_r, alignment);

@@ -51,6 +51,10 @@ class Aligner {
   /// Refines the pose of step() with edges that were found from it, corners included again. Edges not proven are not used.
   void refine(const EdgeSet& edges, Alignment& out);
 
+  /// Moves the pose of step() and refine() as far as what was found again from earlier frames says against what its covariance says. That
+  /// covariance stays: what the landmarks were learnt from are poses of the same corners. Not where the pose has just been corrected.
+  void hold(const LandmarkSet& landmarks, Alignment& out);
+
   /// What this frame teaches about predicting the next, and about navigation. Call last, once a frame.
   void learn(const Alignment& alignment);
 

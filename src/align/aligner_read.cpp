@@ -17,6 +17,7 @@ using align::Vec6;
 
 constexpr int kGrow = 14;          // features added to a reading before all are rated
 constexpr int kRefine = 6;         // Gauss-Newton steps
+constexpr int kHold = 5;
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 
 }  // namespace
@@ -160,6 +161,32 @@ void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H,
       g += w * r * across;
     }
   }
+}
+
+/// Iteratively reweighted as with corners; the pose of the corners is the prior.
+CameraPose Aligner::State::held(const LandmarkSet& landmarks, const Alignment& by_corners) const {
+  const Mat6 information = by_corners.covariance.inverse();
+  const double c2 = config.robust_scale * config.robust_scale;
+  Vec6 d = Vec6::Zero();
+  for (int step = 0; step < kHold; ++step) {
+    const CameraPose pose = moved(by_corners.T_c_k, d);
+    Mat6 H = information;
+    Vec6 g = -information * d;
+    for (const Landmark& mark : landmarks) {
+      const auto at = projected(camera, pose, body[mark.feature]);
+      if (!at) continue;
+      const Mat2 W = mark.cov_px2.inverse();
+      const Vec2 r = mark.uv_px - at->uv;
+      const double m = r.dot(W * r), w = 1 / ((1 + m / c2) * (1 + m / c2));
+      H += w * at->by_pose.transpose() * W * at->by_pose;
+      g += w * at->by_pose.transpose() * W * r;
+    }
+    const Vec6 change = H.ldlt().solve(g);
+    if (!change.allFinite()) return by_corners.T_c_k;
+    d += change;
+    if (change.norm() < 1e-10) break;
+  }
+  return moved(by_corners.T_c_k, d);
 }
 
 }  // namespace cyclops

@@ -94,6 +94,7 @@ struct Aligner::State {
   void look(const align::Prior& prior, const PredictionSet& predicted, const CornerSet& corners, View& view) const;
   void read(double clutter, View& view);
   void refine(const View& view, const align::Vec6& start, Alignment& out);
+  [[nodiscard]] align::CameraPose held(const LandmarkSet& landmarks, const Alignment& by_corners) const;
   void add_edges(const align::CameraPose& pose, double slack_px, Mat6& H, align::Vec6& g) const;
   [[nodiscard]] double median_residual_px();
   void learn(const Alignment& out);

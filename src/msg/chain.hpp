@@ -64,6 +64,14 @@ struct CornerSet {
   std::uint32_t unreadable_px{0};      ///< pixels masked: missing rows, saturation
 };
 
+/// A feature found by what has surrounded it in earlier frames: where it is does not depend on this frame's corners.
+struct Landmark {
+  std::uint16_t feature{0};
+  Vec2 uv_px{0, 0};                    ///< raw px
+  Mat2 cov_px2{Mat2::Identity()};
+};
+using LandmarkSet = StaticVector<Landmark, kMaxFeatures>;
+
 /// What is wrong with navigation, by the picture.
 enum class NavFault : std::uint8_t {
   kNone,

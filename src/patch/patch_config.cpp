@@ -13,6 +13,9 @@ Result<PatchConfig> PatchConfig::read(ConfigTable& table, PatchConfig c) {
   table.read_in("least_support", 0.0, 1.0, c.least_support);
   table.read_in("anchor_floor_px", 0.01, 10.0, c.anchor_floor_px);
   table.read_in("steady_px", 0.01, 10.0, c.steady_px);
+  table.read_in("hold_frames", 0, 1000, c.hold_frames);
+  table.read_in("hold_steady_px", 0.01, 10.0, c.hold_steady_px);
+  table.read_in("hold_floor_px", 0.01, 10.0, c.hold_floor_px);
   table.read_in("sigma_most_px", 0.05, 10.0, c.sigma_most_px);
   return c;
 }

@@ -41,7 +41,41 @@ void PatchMatcher::reset() {
   looks_.reset();
 }
 
-void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners) {
+void PatchMatcher::find(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned) {
+  landmarks_.clear();
+  for (Patch& p : patches_) p.found = false;
+  if (!config_.enabled || !alignment.consensus || image.data == nullptr) return;
+  for (const Prediction& p : aligned.items) {
+    Patch& patch = patches_[p.feature];
+    if (p.visibility != Visibility::kVisible || !patch.known) continue;
+    Prediction anchored = p;
+    anchored.uv_px += patch.offset_px;
+    PatchSearch::Found found;
+    if (!search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) || !search_.match(image, missing, anchored, alignment.common_px, found)) continue;
+    hold(patch, p.feature, found);
+    learn(patch, p, found);
+  }
+}
+
+/// Before learn: the anchor holds nothing of this frame.
+void PatchMatcher::hold(const Patch& patch, std::uint16_t feature, const PatchSearch::Found& found) {
+  if (config_.hold_frames == 0 || patch.frames < config_.hold_frames || patch.wander2 > config_.hold_steady_px * config_.hold_steady_px) return;
+  const double variance = kWanderShare * patch.wander2 + config_.hold_floor_px * config_.hold_floor_px;
+  landmarks_.push_back({feature, found.uv_px - patch.offset_px, found.cov_px2 + variance * Mat2::Identity()});
+}
+
+void PatchMatcher::learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found) const {
+  const Vec2 gap = found.uv_px - aligned.uv_px - patch.offset_px;
+  patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
+  patch.frames = std::min(patch.frames + 1, kLongest);
+  patch.offset_px += gap / patch.frames;
+  patch.misses = 0;
+  patch.found = true;
+  patch.place_px = found.uv_px - patch.offset_px;
+  patch.match_cov_px2 = found.cov_px2;
+}
+
+void PatchMatcher::measure(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners) {
   if (!config_.enabled || !alignment.consensus || image.data == nullptr) return;
   const bool supported = alignment.inliers >= config_.least_support * alignment.considered;
   for (const Prediction& p : aligned.items) {
@@ -56,34 +90,23 @@ void PatchMatcher::step(const ImageView& image, const RowMask* missing, const Al
   }
 }
 
-/// By the feature's own patch of this flight, which learns from the frame. False: not found, or not to be believed.
+/// By the feature's own patch of this flight, which is taken anew where it has to be. False: not found, or not to be believed.
 bool PatchMatcher::own(const ImageView& image, const RowMask* missing, const Alignment& alignment, const Prediction& p, Corner& corner) {
   Patch& patch = patches_[p.feature];
-  Vec2 place = p.uv_px;
-  bool anew = !patch.known, good = false;
-  if (patch.known) {
-    PatchSearch::Found found;
-    if (search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) && search_.match(image, missing, p, alignment.common_px, found)) {
-      patch.misses = 0;
-      const Vec2 gap = found.uv_px - p.uv_px - patch.offset_px;
-      patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
-      patch.frames = std::min(patch.frames + 1, kLongest);
-      patch.offset_px += gap / patch.frames;
-      place = found.uv_px - patch.offset_px;
-      corner.uv_px = place;
-      corner.cov_px2 = found.cov_px2 + p.cov_px2 + std::max(kWanderShare * patch.wander2, config_.anchor_floor_px * config_.anchor_floor_px) * Mat2::Identity();
-      corner.subpixel = true;
-      corner.kind = PointKind::kPatch;
-      corner.feature = p.feature;
-      good = patch.wander2 <= config_.steady_px * config_.steady_px && larger_sigma(corner.cov_px2) <= config_.sigma_most_px;
-      anew = !looks_alike(config_, patch.stored.T_c_k, alignment.T_c_k, body_[p.feature]);
-    } else {
-      anew = ++patch.misses >= kMostMisses;
-    }
+  bool good = false;
+  if (patch.found) {
+    corner.uv_px = patch.place_px;
+    corner.cov_px2 = patch.match_cov_px2 + p.cov_px2 + std::max(kWanderShare * patch.wander2, config_.anchor_floor_px * config_.anchor_floor_px) * Mat2::Identity();
+    corner.subpixel = true;
+    corner.kind = PointKind::kPatch;
+    corner.feature = p.feature;
+    good = patch.wander2 <= config_.steady_px * config_.steady_px && larger_sigma(corner.cov_px2) <= config_.sigma_most_px;
+    if (looks_alike(config_, patch.stored.T_c_k, alignment.T_c_k, body_[p.feature])) return good;
+  } else if (patch.known && ++patch.misses < kMostMisses) {
+    return false;
   }
-  if (!anew) return good;
-  const double frames = patch.known && patch.misses == 0 ? 0.5 * patch.frames : 0;
-  patch.known = search_.take(image, missing, alignment.T_c_k, body_[p.feature], place, patch.stored);
+  const double frames = patch.found ? 0.5 * patch.frames : 0;
+  patch.known = search_.take(image, missing, alignment.T_c_k, body_[p.feature], patch.found ? patch.place_px : p.uv_px, patch.stored);
   patch.frames = std::max(1.0, frames);
   patch.offset_px.setZero();
   if (frames == 0) patch.wander2 = kUnknownWander * config_.steady_px * config_.steady_px;

@@ -7,6 +7,9 @@
 ///
 /// Anchor   the mean of matched less aligned place over the frames since the patch was taken is removed, so that a match
 ///          tells where the feature is and not what error the pose had in one frame.
+/// Holds    patches that have long been steady hold the pose: they are looked for from the pose of the corners, and where they are found
+///          says what that pose has drifted by since (Aligner::hold). Anchors are learnt from the pose of the corners alone, so that the
+///          mean of many frames rules in the end, and no pose confirms itself.
 /// Certain  as the match and the aligned prediction are, and a share of the variance with which matches wander about the anchor, not
 ///          below a floor.
 /// Steady   surroundings that belong to something else, before or behind, slide against the feature as the view turns: a patch
@@ -30,15 +33,25 @@ class PatchMatcher {
   /// `camera` and `looks` must outlive it.
   PatchMatcher(const PatchConfig& config, const TankerModel& model, const Camera& camera, const Looks& looks = {});
 
-  /// Appends the place of each visible feature that is found again to `corners`, and learns from the frame. `aligned` holds one
-  /// prediction a feature, at the pose of `alignment`. Without consensus nothing happens.
-  void step(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners);
+  /// Looks for each visible feature's own patch, and learns how it lies. `aligned` holds one prediction a feature, at the pose of
+  /// `alignment`, that of the corners. Once a frame, before measure; without consensus nothing is found.
+  void find(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned);
+
+  /// Of the last find: the places by patches that may hold the pose.
+  [[nodiscard]] const LandmarkSet& landmarks() const { return landmarks_; }
+
+  /// Appends the place of each visible feature that was found again to `corners`, looks for the learnt looks, and takes patches anew.
+  /// `aligned`: at the final pose of the frame. Without consensus nothing happens.
+  void measure(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners);
 
   void reset();
 
  private:
   struct Patch {
     bool known{false};
+    bool found{false};                    // in this frame
+    Vec2 place_px{0, 0};                  // if found: of the feature
+    Mat2 match_cov_px2{Mat2::Identity()};
     StoredPatch stored{};
     Vec2 offset_px{0, 0};                 // mean of matched less aligned place
     double frames{0};
@@ -46,6 +59,8 @@ class PatchMatcher {
     int misses{0};                        // in a row
   };
 
+  void learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found) const;
+  void hold(const Patch& patch, std::uint16_t feature, const PatchSearch::Found& found);
   bool own(const ImageView& image, const RowMask* missing, const Alignment& alignment, const Prediction& aligned, Corner& out);
 
   PatchConfig config_;
@@ -54,6 +69,7 @@ class PatchMatcher {
   std::vector<Patch> patches_;
   PatchSearch search_;
   LookMatcher looks_;
+  LandmarkSet landmarks_;
 };
 
 }  // namespace cyclops

@@ -10,6 +10,8 @@ namespace cyclops {
 namespace {
 
 constexpr int kRefine = 6;
+constexpr double kMostMove_px = 1.5;      // of a refinement, in the direction that the patch tells best
+constexpr double kLeastSigma_px = 0.3;    // of the expected place
 constexpr double kStep_px = 4;           // a step across the line of sight
 constexpr double kLeastContrast = 2.0;  // counts, rms of a patch
 
@@ -105,17 +107,18 @@ bool PatchSearch::read_field(const ImageView& image, const RowMask* missing, con
   return read_square(image, missing, u0, v0, field_side_, field_.data());
 }
 
-bool PatchSearch::match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out) {
-  const double sigma = larger_sigma(aligned.cov_px2 - common_px * common_px * Mat2::Identity());  // an error of every frame moves no patch
+bool PatchSearch::match(const ImageView& image, const RowMask* missing, const Prediction& expected, double common_px, Found& out) {
+  const double sigma = larger_sigma(expected.cov_px2 - common_px * common_px * Mat2::Identity());  // an error of every frame moves no patch
   const int search = std::min(kMostSearch, 1 + static_cast<int>(std::ceil(std::min(config_.search_most_px, std::max(1.0, config_.search_sigmas * sigma)))));
   Vec2 origin;
-  if (!read_field(image, missing, aligned.uv_px, search, origin)) return false;
+  if (!read_field(image, missing, expected.uv_px, search, origin)) return false;
+  const Vec2 middle = origin + Vec2(config_.half_px, config_.half_px);
   Vec2 shift{0, 0};
   out.correlation = correlate(2 * search + 2, shift);
   if (out.correlation < config_.least_correlation) return false;
-  if (!refine(shift, out.cov_px2)) return false;
-  out.uv_px = origin + shift + Vec2(config_.half_px, config_.half_px);
-  return (out.uv_px - aligned.uv_px).norm() < search + 1;
+  if (!refine(expected.uv_px - middle, std::max(kLeastSigma_px, sigma), shift, out.cov_px2)) return false;
+  out.uv_px = middle + shift;
+  return (out.uv_px - expected.uv_px).norm() < search + 1;
 }
 
 /// The whole-pixel shift below `shifts` in u and v with the largest normalised cross-correlation, which is returned.
@@ -167,7 +170,7 @@ void PatchSearch::sum_fields() {
 }
 
 /// Shift between pixels: gain and mean of the brightness are free.
-bool PatchSearch::refine(Vec2& shift, Mat2& cov) const {
+bool PatchSearch::refine(const Vec2& expected, double sigma_px, Vec2& shift, Mat2& cov) const {
   const Vec2 start = shift;
   for (int round = 0; round < kRefine; ++round) {
     if (!(shift.x() >= 1 && shift.y() >= 1 && shift.x() + side_ + 1 < field_side_ && shift.y() + side_ + 1 < field_side_)) return false;
@@ -189,12 +192,13 @@ bool PatchSearch::refine(Vec2& shift, Mat2& cov) const {
     N << xx - x1 * x1 / n - xw * xw / ww, xy - x1 * y1 / n - xw * yw / ww, 0, yy - y1 * y1 / n - yw * yw / ww;
     N(1, 0) = N(0, 1);
     const Vec2 b(xi - x1 * i1 / n - xw * iw / ww, yi - y1 * i1 / n - yw * iw / ww);
-    if (!(N.determinant() > 1e-6 * N.trace() * N.trace())) return false;
-    const Vec2 change = -N.inverse() * b;
-    const double left = std::max(0.0, ii - i1 * i1 / n - iw * iw / ww) / (n - 4);
-    cov = 2 * std::max(left, 1.0 / 12) * N.inverse();
+    const double left = std::max(1.0 / 12, (ii - i1 * i1 / n - iw * iw / ww) / (n - 4));
+    const double prior = 1 / (sigma_px * sigma_px);
+    cov = (N / (2 * left) + prior * Mat2::Identity()).inverse();
+    const Vec2 change = -cov * (b / (2 * left) + prior * (shift - expected));
     shift += change;
-    if ((shift - start).norm() > 1.5) return false;
+    const Vec2 moved = shift - start;
+    if (!(moved.dot(N * moved) < kMostMove_px * kMostMove_px * N.trace())) return false;
     if (change.norm() < 0.01) return true;
   }
   return true;

@@ -2,8 +2,8 @@
 /// Inside patch: looks for one stored patch near a place in a picture.
 ///
 /// Turn     the patch as it should look from a pose: a small plane through the feature, facing the camera when it was taken.
-/// Match    normalised cross-correlation on whole pixels, then Gauss-Newton for the shift. Covariance from the gradients and
-///          what the fit leaves over.
+/// Match    normalised cross-correlation on whole pixels, then Gauss-Newton for the shift, with the expected place as prior: along
+///          an edge the picture tells nothing. Covariance from the gradients, what the fit leaves over, and the prior.
 /// Frames   raw pixels. Threads: one at a time. Memory: everything on construction. Deterministic.
 /// Source   Lucas & Kanade 1981, Shi & Tomasi 1994 for the shift.
 #include <vector>
@@ -33,8 +33,8 @@ class PatchSearch {
   bool turn(const StoredPatch& patch, const Pose<frame::C, frame::K>& T_c_k, const Point<frame::K>& p_k);
   /// Offsets in the stored picture from those in the turned one.
   [[nodiscard]] const Mat2& then_from_now() const { return A_; }
-  /// The turned patch near `aligned`, as far as its covariance without `common_px` says.
-  bool match(const ImageView& image, const RowMask* missing, const Prediction& aligned, double common_px, Found& out);
+  /// The turned patch near `expected`, as far as its covariance without `common_px` says.
+  bool match(const ImageView& image, const RowMask* missing, const Prediction& expected, double common_px, Found& out);
 
  private:
   static constexpr int kMostHalf = 10, kMostSearch = 9;
@@ -43,7 +43,8 @@ class PatchSearch {
   bool read_field(const ImageView& image, const RowMask* missing, const Vec2& around, int search, Vec2& origin);
   double correlate(int shifts, Vec2& shift);
   void sum_fields();
-  bool refine(Vec2& shift, Mat2& cov) const;
+  /// `expected`: shift, with this 1 sigma an axis.
+  bool refine(const Vec2& expected, double sigma_px, Vec2& shift, Mat2& cov) const;
 
   PatchConfig config_;
   const Camera& camera_;

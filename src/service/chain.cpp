@@ -88,8 +88,9 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   watch.lap(Stage::kAlign, out);
   find_edges(seen ? image : ImageView{}, missing, out);
   watch.lap(Stage::kEdge, out);
+  hold_pose(seen ? image : ImageView{}, missing, out);
   if (out.alignment.consensus && seen) detector_.detect_near(image, missing, out.aligned, out.corners);
-  if (out.alignment.consensus && seen) patch_matcher_.step(image, missing, out.alignment, out.aligned, out.corners);
+  if (out.alignment.consensus && seen) patch_matcher_.measure(image, missing, out.alignment, out.aligned, out.corners);
   watch.lap(Stage::kPatch, out);
   out.tracks_before = tracker_.tracks();
   associator_.associate(out.tracks_before, out.corners, out.matches);
@@ -183,17 +184,23 @@ void Chain::place_aligned(FrameOutput& out) {
   out.aligned.from_nav = true;
 }
 
-/// Edges refine the pose of the corners; the tracks follow the final one.
+/// Edges refine the pose of the corners.
 void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out) {
   out.edges.clear();
+  if (!profile_.align.enabled || !profile_.edge.enabled) return;
+  edge_finder_.find(image, missing, out.alignment, out.aligned, out.edges);
+  aligner_.refine(out.edges, out.alignment);
+  place_aligned(out);
+  edge_finder_.learn(out.alignment, out.edges);
+  edge_finder_.crossings(out.edges, out.corners);
+}
+
+/// What earlier frames have shown holds the pose; the tracks follow the final one.
+void Chain::hold_pose(const ImageView& image, const RowMask* missing, FrameOutput& out) {
   if (!profile_.align.enabled) return;
-  if (profile_.edge.enabled) {
-    edge_finder_.find(image, missing, out.alignment, out.aligned, out.edges);
-    aligner_.refine(out.edges, out.alignment);
-    place_aligned(out);
-    edge_finder_.learn(out.alignment, out.edges);
-    edge_finder_.crossings(out.edges, out.corners);
-  }
+  patch_matcher_.find(image, missing, out.alignment, out.aligned);
+  aligner_.hold(patch_matcher_.landmarks(), out.alignment);
+  place_aligned(out);
   aligner_.learn(out.alignment);
   out.nav_fault = aligner_.nav_fault();
   out.nav_suspect = out.nav_fault != NavFault::kNone;

@@ -61,6 +61,7 @@ class Chain {
   void align(FrameOutput& out);
   void place_aligned(FrameOutput& out);
   void find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out);
+  void hold_pose(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void add_scatter(const Alignment& alignment, MeasurementSet& set) const;
   void refuse_matches(FrameOutput& out) const;
   const PredictionSet* expected_motion(const AlignedFrame& frame, const FrameOutput& out);

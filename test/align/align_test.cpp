@@ -68,6 +68,45 @@ class AlignTest : public ::testing::Test {
   std::vector<Vec2> true_px;
 };
 
+/// Landmarks of all features at the pixels of a pose, the first of them so far off.
+LandmarkSet landmarks(const TankerModel& model, const std::vector<Vec2>& at_px, double sigma_px, double first_off_px) {
+  LandmarkSet set;
+  for (std::size_t i = 0; i < at_px.size(); ++i)
+    set.push_back({static_cast<std::uint16_t>(i), at_px[i] + Vec2(i == 0 ? first_off_px : 0, 0), sigma_px * sigma_px * Mat2::Identity()});
+  EXPECT_EQ(set.size(), model.features().size());
+  return set;
+}
+
+TEST_F(AlignTest, WhatEarlierFramesHaveShownHoldsThePose) {
+  // GIVEN corners that all lie 1.5 px beside their features, and landmarks where the features are, one of them 9 px off
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  see(nav.T_r_k, 12, 0, 3);
+  for (Corner& c : corners->items) c.uv_px += Vec2(1.5, 0);
+  ASSERT_TRUE(aligner.predict(Time{1}, &nav));
+  Alignment by_corners;
+  aligner.step(*predicted, *corners, by_corners);
+  ASSERT_TRUE(by_corners.consensus);
+  ASSERT_GT(worst_px(by_corners.T_c_k), 1.2);
+  // WHEN they are known better, as well and far worse than the pose by corners is
+  const auto held = [&](double sigma_px) {
+    Alignment out = by_corners;
+    aligner.hold(landmarks(model, true_px, sigma_px, 9), out);
+    EXPECT_EQ(out.covariance, by_corners.covariance);
+    return worst_px(out.T_c_k);
+  };
+  // THEN the pose follows them as far as that
+  EXPECT_LT(held(0.5), 0.3);
+  EXPECT_LT(held(1), 1.2);
+  EXPECT_GT(held(1), held(0.5));
+  EXPECT_GT(held(30), 1.2);
+  Alignment none = by_corners;
+  aligner.hold({}, none);
+  EXPECT_EQ(worst_px(none.T_c_k), worst_px(by_corners.T_c_k));
+  none.consensus = false;
+  aligner.hold(landmarks(model, true_px, 0.5, 0), none);
+  EXPECT_EQ(worst_px(none.T_c_k), worst_px(by_corners.T_c_k));
+}
+
 TEST_F(AlignTest, FindsTheCommonErrorAmongClutter) {
   Aligner aligner({}, model, camera, T_c_r, 0);
   int found = 0;

@@ -111,7 +111,8 @@ TEST_F(LookMatcherTest, UsesNoHeapOnceMade) {
   PatchMatcher matcher({}, scene.plate.model, scene.plate.camera, looks);
   frame(matcher, 0);
   const test::HeapGuard guard;
-  matcher.step(image, nullptr, alignment, *aligned, *corners);
+  matcher.find(image, nullptr, alignment, *aligned);
+  matcher.measure(image, nullptr, alignment, *aligned, *corners);
   EXPECT_EQ(guard.count(), 0U);
 }
 

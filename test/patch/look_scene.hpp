@@ -51,7 +51,8 @@ class MatcherTest : public ::testing::Test {
     alignment.T_c_k = agreed;
     plate.predict(agreed, sigma_px, *aligned);
     corners->items.clear();
-    matcher.step(image, nullptr, alignment, *aligned, *corners);
+    matcher.find(image, nullptr, alignment, *aligned);
+    matcher.measure(image, nullptr, alignment, *aligned, *corners);
   }
   const Corner* of(int feature) const {
     for (const Corner& c : corners->items)

@@ -59,6 +59,44 @@ TEST_F(PatchMatcherTest, WhatSlidesAgainstTheFeatureIsNotIt) {
   EXPECT_LE(found, 3);
 }
 
+TEST_F(PatchMatcherTest, HoldsThePoseByTheMeanOfManyFrames) {
+  // GIVEN a pose that is right for 30 frames and then wrong by a pixel, all in one
+  PatchMatcher matcher({}, plate.model, plate.camera);
+  double right = 0, wrong = 0;
+  int held = 0;
+  for (int k = 0; k < 31; ++k) {
+    const auto t = truth(k);
+    const Vec3 off(k == 30 ? 0.04 : 0, 0, 0);
+    const test::CameraPose agreed(t.rotation(), Point<frame::C>(t.translation().xyz + off));
+    if (k == 30) {
+      EXPECT_GT((plate.at(agreed, 4) - plate.at(t, 4)).norm(), 0.9);
+    }
+    frame(matcher, k, agreed);
+    if (k < 8) {
+      EXPECT_TRUE(matcher.landmarks().empty()) << k;
+    }
+    for (const Landmark& mark : matcher.landmarks()) {
+      (k == 30 ? wrong : right) = std::max(k == 30 ? wrong : right, (mark.uv_px - plate.at(t, mark.feature)).norm());
+      EXPECT_GE(mark.cov_px2(0, 0), 0.25);
+      held += k == 30;
+    }
+  }
+  // THEN what is found in the last frame lies where the features are, not where its pose has them
+  EXPECT_GE(held, 2);
+  EXPECT_LT(right, 0.5);
+  EXPECT_LT(wrong, 0.5);
+}
+
+TEST_F(PatchMatcherTest, HoldsNothingWhereItIsToldNotTo) {
+  PatchConfig config;
+  config.hold_frames = 0;
+  PatchMatcher matcher(config, plate.model, plate.camera);
+  for (int k = 0; k < 30; ++k) {
+    frame(matcher, k, truth(k));
+    EXPECT_TRUE(matcher.landmarks().empty());
+  }
+}
+
 TEST_F(PatchMatcherTest, NoConsensusNoImageNoContrastGiveNothing) {
   PatchMatcher matcher({}, plate.model, plate.camera);
   for (int k = 0; k < 6; ++k) frame(matcher, 0, truth(0), dark);
@@ -68,9 +106,13 @@ TEST_F(PatchMatcherTest, NoConsensusNoImageNoContrastGiveNothing) {
   corners->items.clear();
   auto mask = std::make_unique<RowMask>();
   for (int v = 0; v < 240; ++v) mask->set_missing(v);
-  matcher.step(image, mask.get(), alignment, *aligned, *corners);
+  matcher.find(image, mask.get(), alignment, *aligned);
+  EXPECT_TRUE(matcher.landmarks().empty());
+  matcher.measure(image, mask.get(), alignment, *aligned, *corners);
   alignment.consensus = false;
-  matcher.step(image, nullptr, alignment, *aligned, *corners);
+  matcher.find(image, nullptr, alignment, *aligned);
+  EXPECT_TRUE(matcher.landmarks().empty());
+  matcher.measure(image, nullptr, alignment, *aligned, *corners);
   EXPECT_TRUE(corners->items.empty());
 }
 
@@ -78,7 +120,8 @@ TEST_F(PatchMatcherTest, UsesNoHeapOnceMade) {
   PatchMatcher matcher({}, plate.model, plate.camera);
   frame(matcher, 0, truth(0));
   const test::HeapGuard guard;
-  matcher.step(image, nullptr, alignment, *aligned, *corners);
+  matcher.find(image, nullptr, alignment, *aligned);
+  matcher.measure(image, nullptr, alignment, *aligned, *corners);
   EXPECT_EQ(guard.count(), 0U);
 }
 
