@@ -19,6 +19,10 @@ constexpr double kTooFar_m = 1e4;
 constexpr double kNavLead = 5;       // evidence
 constexpr double kTrust_s = 0.5;     // without consensus, in which the word of the track loses weight
 constexpr double kOld_s = 0.06;      // navigation further beyond its newest report, or in a gap, is a guess: not compared
+constexpr double kLoose = 2.5;         // where corners are not to be doubted, landmarks, which lag, count so much less
+constexpr double kMemory_s = 1;         // without corners that agree
+constexpr double kLeastLandmarks = 4;   // independent ones
+constexpr double kMostLandmarks = 0.6;  // of those found have to agree
 constexpr double kMostDoubt = 100;    // times its covariance, at which navigation that is at fault is still a place to search about
 
 }  // namespace
@@ -81,6 +85,10 @@ void Aligner::State::compare_with_navigation(Alignment& out) const {
 void Aligner::State::learn(const Alignment& out) {
   if (!out.consensus && acquired) track.learn(acquired->pose.T, nav.valid, false);
   if (!out.consensus) return;
+  track.learn(out.T_c_k, nav.valid, corrected);
+  if (out.by_landmarks) return;
+  corners_agreed = true;
+  t_corners = now;
   const double n = static_cast<double>(residuals.size());
   const double lost = n > 3.5 ? n / (n - 3) : 4;  // six parameters were fitted to 2 n numbers
   for (const Residual& r : residuals) {
@@ -90,7 +98,6 @@ void Aligner::State::learn(const Alignment& out) {
     v += gain * (std::min(0.5 * r.square_px2 * lost, 9.0) - v);
     v = std::max(v, config.scatter_floor_px * config.scatter_floor_px);
   }
-  track.learn(out.T_c_k, nav.valid, corrected);
   common.learn(support(out), out.residual_px);
 }
 
@@ -106,6 +113,7 @@ void Aligner::reset() {
   s_->anchor.reset();
   s_->acquirer.reset();
   s_->common.reset();
+  s_->corners_agreed = false;
   s_->nav_step.reset();
   s_->watch = {};
   s_->said_off = 0;
@@ -155,13 +163,45 @@ void Aligner::step(const PredictionSet& predicted, const CornerSet& corners, Ali
     s.compare_with_navigation(out);
     out.consensus = s.agreed(out, view);
   }
-  if (!out.consensus) s.acquire(predicted, corners, out);
-  s.doubt(predicted, corners, out);
+}
+
+bool Aligner::recall(PredictionSet& predicted, Alignment& expected) const {
+  const State& s = *s_;
+  const Prior& last = s.track.prior();
+  if (!last.valid || s.track.contradicted() || !s.corners_agreed || (s.now - s.t_corners).seconds() > kMemory_s) return false;
+  expected = {};
+  expected.consensus = expected.from_track = expected.by_landmarks = true;
+  expected.T_c_k = last.T;
+  expected.covariance = last.P;
+  s.place(last.T, last.P, 0, predicted);
+  return true;
+}
+
+void Aligner::recognise(const LandmarkSet& landmarks, std::size_t in_view, Alignment& out) {
+  State& s = *s_;
+  if (out.consensus || static_cast<double>(landmarks.size()) < kLeastLandmarks) return;
+  Alignment found;
+  found.from_track = found.by_landmarks = true;
+  found.T_c_k = s.track.prior().T;
+  found.covariance = s.track.prior().P;
+  found.considered = static_cast<std::uint32_t>(in_view);
+  found.T_c_k = s.held(landmarks, 1, found, &found);
+  const double least = std::max({kLeastLandmarks, kMostLandmarks * static_cast<double>(landmarks.size()), s.config.min_support * static_cast<double>(in_view)});
+  if (found.inliers < least) return;
+  found.common_px = s.common.sigma_px(support(found), found.residual_px);
+  s.compare_with_navigation(found);
+  found.consensus = true;
+  out = found;
+}
+
+void Aligner::search(const PredictionSet& predicted, const CornerSet& corners, Alignment& out) {
+  if (!out.consensus) s_->acquire(predicted, corners, out);
+  if (!out.by_landmarks) s_->doubt(predicted, corners, out);
 }
 
 void Aligner::refine(const EdgeSet& edges, Alignment& out) {
   State& s = *s_;
-  if (!out.consensus || edges.empty()) return;
+  if (!out.consensus || out.by_landmarks || edges.empty()) return;
   s.edges = &edges;
   s.refine(*s.used, difference(s.used->prior.T, out.T_c_k), out);
   s.edges = nullptr;
@@ -170,8 +210,8 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
 
 void Aligner::hold(const LandmarkSet& landmarks, Alignment& out) {
   State& s = *s_;
-  if (!out.consensus || landmarks.empty() || s.corrected) return;
-  out.T_c_k = s.held(landmarks, out);
+  if (!out.consensus || out.by_landmarks || landmarks.empty() || s.corrected) return;
+  out.T_c_k = s.held(landmarks, 1 + kLoose * (1 - s.common.doubt(support(out))), out);
   s.compare_with_navigation(out);
 }
 
@@ -181,7 +221,7 @@ void Aligner::learn(const Alignment& alignment) {
   else if (s.corrected) s.anchor.reset();  // it was of the pose that has been left
   if (s.nav_step.astray()) s.anchor.reset();
   s.learn(alignment);
-  s.nav_step.after(alignment, alignment.consensus && !s.corrected && s.used != &s.by_search);
+  s.nav_step.after(alignment, alignment.consensus && !alignment.by_landmarks && !s.corrected && s.used != &s.by_search);
   s.watch.update(s.now, s.said.valid, alignment);
   if (alignment.consensus && s.said.valid) s.said_off = alignment.nav_disagreement;
   s.track.end_frame(s.said);

@@ -11,6 +11,8 @@
 ///          Civera et al. 2010 (1-point RANSAC for EKF), here exhaustive and with a likelihood instead of a count.
 /// Search   Where that finds nothing, or less than it should, or where navigation says that it may be metres off, the pose is searched for
 ///          (acquire.hpp). What that finds without a pose of a moment ago is not measured with until the next frame agrees.
+/// Memory   Where corners do not agree although they did a moment ago, landmarks may: what was found again of earlier frames, near the pose
+///          that those expect. For kMemory_s, as landmarks are learnt where corners agree.
 /// Prior    Twice a frame: navigation alone, and navigation fused with the pose of the last frame moved on. The second
 ///          is as uncertain as it has recently proved to be (in px), never more certain than `track_floor_px`.
 /// Frames   raw pixels; poses camera from tanker body. Time: all inputs at the same t_mid.
@@ -47,6 +49,14 @@ class Aligner {
 
   /// `predicted` says which features can be seen; its positions are not used. Call after predict, once a frame.
   void step(const PredictionSet& predicted, const CornerSet& corners, Alignment& out);
+
+  /// Corners do not agree: where earlier frames expect the features, to look for landmarks. False: they expect nothing.
+  bool recall(PredictionSet& predicted, Alignment& expected) const;
+  /// The pose that the landmarks found there agree on, if they do. `in_view`: features that could have been found.
+  void recognise(const LandmarkSet& landmarks, std::size_t in_view, Alignment& out);
+
+  /// Searches for the pose, where there is none or a doubtful one. Call after step and recognise, once a frame.
+  void search(const PredictionSet& predicted, const CornerSet& corners, Alignment& out);
 
   /// Refines the pose of step() with edges that were found from it, corners included again. Edges not proven are not used.
   void refine(const EdgeSet& edges, Alignment& out);

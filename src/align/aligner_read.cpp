@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "align/aligner_state.hpp"
+#include "geometry/ellipse.hpp"
 
 namespace cyclops {
 namespace {
@@ -17,7 +19,10 @@ using align::Vec6;
 
 constexpr int kGrow = 14;          // features added to a reading before all are rated
 constexpr int kRefine = 6;         // Gauss-Newton steps
-constexpr int kHold = 5;
+constexpr int kHold = 8;
+constexpr double kSharp_px = 0.8;  // larger 1 sigma of a landmark that counts: of an edge it is the expected place that agrees
+constexpr double kApart_px = 6;    // nearer patches show the same of the picture: one voice
+constexpr double kAgrees = 9.2;    // squared Mahalanobis, 2 degrees of freedom, 99 %
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 
 }  // namespace
@@ -163,30 +168,46 @@ void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H,
   }
 }
 
-/// Iteratively reweighted as with corners; the pose of the corners is the prior.
-CameraPose Aligner::State::held(const LandmarkSet& landmarks, const Alignment& by_corners) const {
-  const Mat6 information = by_corners.covariance.inverse();
+/// Iteratively reweighted as with corners.
+CameraPose Aligner::State::held(const LandmarkSet& landmarks, double loose, const Alignment& prior, Alignment* told) const {
+  const Mat6 information = prior.covariance.inverse();
   const double c2 = config.robust_scale * config.robust_scale;
   Vec6 d = Vec6::Zero();
+  Mat6 H = information;
+  StaticVector<double, kMaxFeatures> agreeing_px;
+  StaticVector<Vec2, kMaxFeatures> agreeing;
   for (int step = 0; step < kHold; ++step) {
-    const CameraPose pose = moved(by_corners.T_c_k, d);
-    Mat6 H = information;
+    const CameraPose pose = moved(prior.T_c_k, d);
+    H = information;
     Vec6 g = -information * d;
+    agreeing_px.clear();
+    agreeing.clear();
     for (const Landmark& mark : landmarks) {
       const auto at = projected(camera, pose, body[mark.feature]);
       if (!at) continue;
-      const Mat2 W = mark.cov_px2.inverse();
+      const Mat2 W = mark.cov_px2.inverse() / (loose * loose);
       const Vec2 r = mark.uv_px - at->uv;
       const double m = r.dot(W * r), w = 1 / ((1 + m / c2) * (1 + m / c2));
+      const bool apart = std::none_of(agreeing.begin(), agreeing.end(), [&](const Vec2& o) { return (o - at->uv).norm() < kApart_px; });
+      if (m < kAgrees && apart && larger_sigma(mark.cov_px2) < kSharp_px) {
+        agreeing_px.push_back(r.norm());
+        agreeing.push_back(at->uv);
+      }
       H += w * at->by_pose.transpose() * W * at->by_pose;
       g += w * at->by_pose.transpose() * W * r;
     }
     const Vec6 change = H.ldlt().solve(g);
-    if (!change.allFinite()) return by_corners.T_c_k;
+    if (!change.allFinite()) return prior.T_c_k;
     d += change;
     if (change.norm() < 1e-10) break;
   }
-  return moved(by_corners.T_c_k, d);
+  if (told != nullptr) {
+    told->inliers = static_cast<std::uint32_t>(agreeing_px.size());
+    told->covariance = H.inverse();
+    std::nth_element(agreeing_px.begin(), agreeing_px.begin() + static_cast<std::ptrdiff_t>(agreeing_px.size() / 2), agreeing_px.end());
+    told->residual_px = agreeing_px.empty() ? 0 : agreeing_px[agreeing_px.size() / 2];
+  }
+  return moved(prior.T_c_k, d);
 }
 
 }  // namespace cyclops

@@ -64,6 +64,8 @@ struct Aligner::State {
   align::Acquirer acquirer;
   std::optional<align::Acquired> acquired;  // in this frame: to be proven by the next
   View by_nav, by_track, by_search;    // of this frame
+  bool corners_agreed{false};          // at some time, last then
+  Time t_corners{};
   bool corrected{false};               // that pose is some pixels from where the track was: it was wrong
   const View* used{nullptr};           // the one whose reading was refined
   std::vector<align::Reading> readings;
@@ -94,7 +96,9 @@ struct Aligner::State {
   void look(const align::Prior& prior, const PredictionSet& predicted, const CornerSet& corners, View& view) const;
   void read(double clutter, View& view);
   void refine(const View& view, const align::Vec6& start, Alignment& out);
-  [[nodiscard]] align::CameraPose held(const LandmarkSet& landmarks, const Alignment& by_corners) const;
+  /// The pose about `prior` that landmarks say, their 1 sigma taken `loose` times; `told`: how many agree with it, how well, and its
+  /// covariance with them.
+  [[nodiscard]] align::CameraPose held(const LandmarkSet& landmarks, double loose, const Alignment& prior, Alignment* told = nullptr) const;
   void add_edges(const align::CameraPose& pose, double slack_px, Mat6& H, align::Vec6& g) const;
   [[nodiscard]] double median_residual_px();
   void learn(const Alignment& out);

@@ -18,9 +18,14 @@ class CommonError {
 
   /// 1 sigma an axis, px. `support`: share of the features in view that a corner supports; `residual_px`: their median distance.
   [[nodiscard]] double sigma_px(double support, double residual_px) const {
-    const double share = known_ ? support_ : support, typical = known_ ? residual_px_ : residual_px;
-    const double doubt = std::clamp((config_.sure_support - share) / std::max(1e-9, config_.sure_support - config_.doubtful_support), 0.0, 1.0);
-    return std::max(config_.common_floor_px, typical * (config_.common_share + (1 - config_.common_share) * doubt));
+    const double typical = known_ ? residual_px_ : residual_px;
+    return std::max(config_.common_floor_px, typical * (config_.common_share + (1 - config_.common_share) * doubt(support)));
+  }
+
+  /// 0: so many features find a corner that their pose is to be trusted, 1: so few that it may be off by all of a corner's distance.
+  [[nodiscard]] double doubt(double support) const {
+    const double share = known_ ? support_ : support;
+    return std::clamp((config_.sure_support - share) / std::max(1e-9, config_.sure_support - config_.doubtful_support), 0.0, 1.0);
   }
 
   void learn(double support, double residual_px) {

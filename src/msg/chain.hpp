@@ -90,6 +90,7 @@ struct Alignment {
   double margin{0};                    ///< evidence minus that of the best other reading
   double nav_disagreement{0};          ///< squared Mahalanobis distance of navigation from the aligned pose, 6 degrees of freedom; 0 without navigation
   bool from_track{false};              ///< the prior was the aligned pose of earlier frames
+  bool by_landmarks{false};            ///< corners did not agree, landmarks did; then `inliers` are those
   Pose<frame::C, frame::K> T_c_k{};    ///< aligned; holds boresight error too, so it is a pose for the image only
   Mat6 covariance{Mat6::Identity()};   ///< [rotation vector about the tanker INS in c axes (rad); translation in c (m)]
   double residual_px{0};               ///< median distance of a supporting corner from its feature

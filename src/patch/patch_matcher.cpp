@@ -9,7 +9,7 @@ namespace cyclops {
 namespace {
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
-constexpr int kMostMisses = 5;           // in a row, then the patch is taken anew
+constexpr int kMostMisses = 5;          // in a row, then the patch is taken anew
 constexpr double kLongest = 60;          // frames: the anchor follows the mean of so many
 constexpr double kWanderGain = 0.2;
 constexpr double kWanderShare = 0.2;     // of the variance about the anchor is the patch itself, the rest the pose of each frame
@@ -44,7 +44,8 @@ void PatchMatcher::reset() {
 void PatchMatcher::find(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned) {
   landmarks_.clear();
   for (Patch& p : patches_) p.found = false;
-  if (!config_.enabled || !alignment.consensus || image.data == nullptr) return;
+  if (!config_.enabled || image.data == nullptr) return;
+  if (!alignment.consensus) return lapse();
   for (const Prediction& p : aligned.items) {
     Patch& patch = patches_[p.feature];
     if (p.visibility != Visibility::kVisible || !patch.known) continue;
@@ -53,8 +54,13 @@ void PatchMatcher::find(const ImageView& image, const RowMask* missing, const Al
     PatchSearch::Found found;
     if (!search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) || !search_.match(image, missing, anchored, alignment.common_px, found)) continue;
     hold(patch, p.feature, found);
-    learn(patch, p, found);
+    learn(patch, p, found, !alignment.by_landmarks);
   }
+}
+
+/// A pose that is found again later is not held by what was learnt about the one before, until some frames have borne it out.
+void PatchMatcher::lapse() {
+  for (Patch& p : patches_) p.frames = std::min(p.frames, 0.5 * config_.hold_frames);
 }
 
 /// Before learn: the anchor holds nothing of this frame.
@@ -64,11 +70,13 @@ void PatchMatcher::hold(const Patch& patch, std::uint16_t feature, const PatchSe
   landmarks_.push_back({feature, found.uv_px - patch.offset_px, found.cov_px2 + variance * Mat2::Identity()});
 }
 
-void PatchMatcher::learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found) const {
+void PatchMatcher::learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found, bool anchor) const {
   const Vec2 gap = found.uv_px - aligned.uv_px - patch.offset_px;
-  patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
-  patch.frames = std::min(patch.frames + 1, kLongest);
-  patch.offset_px += gap / patch.frames;
+  if (anchor) {
+    patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
+    patch.frames = std::min(patch.frames + 1, kLongest);
+    patch.offset_px += gap / patch.frames;
+  }
   patch.misses = 0;
   patch.found = true;
   patch.place_px = found.uv_px - patch.offset_px;

@@ -34,7 +34,8 @@ class PatchMatcher {
   PatchMatcher(const PatchConfig& config, const TankerModel& model, const Camera& camera, const Looks& looks = {});
 
   /// Looks for each visible feature's own patch, and learns how it lies. `aligned` holds one prediction a feature, at the pose of
-  /// `alignment`, that of the corners. Once a frame, before measure; without consensus nothing is found.
+  /// `alignment`, that of the corners, or with by_landmarks one that is expected: then anchors are not learnt. Before measure; without
+  /// consensus nothing is found.
   void find(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned);
 
   /// Of the last find: the places by patches that may hold the pose.
@@ -59,7 +60,8 @@ class PatchMatcher {
     int misses{0};                        // in a row
   };
 
-  void learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found) const;
+  void lapse();
+  void learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found, bool anchor) const;
   void hold(const Patch& patch, std::uint16_t feature, const PatchSearch::Found& found);
   bool own(const ImageView& image, const RowMask* missing, const Alignment& alignment, const Prediction& aligned, Corner& out);
 

@@ -84,7 +84,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.corners.seq = frame.frame.seq;
   out.corners.t_mid = frame.frame.t_mid;
   watch.lap(Stage::kDetect, out);
-  if (profile_.align.enabled) align(out);
+  if (profile_.align.enabled) align(seen ? image : ImageView{}, missing, out);
   watch.lap(Stage::kAlign, out);
   find_edges(seen ? image : ImageView{}, missing, out);
   watch.lap(Stage::kEdge, out);
@@ -172,9 +172,21 @@ void Chain::segment(FrameOutput& out) {
   segmenter_.segment({points_.begin(), points_.size()}, rig_.camera.intrinsics().width, rig_.camera.intrinsics().height, out.sub_images, reach);
 }
 
-void Chain::align(FrameOutput& out) {
+void Chain::align(const ImageView& image, const RowMask* missing, FrameOutput& out) {
   aligner_.step(out.search, out.corners, out.alignment);
+  if (!out.alignment.consensus) recognise(image, missing, out);
+  aligner_.search(out.search, out.corners, out.alignment);
   place_aligned(out);
+}
+
+/// Corners do not agree: by what earlier frames have shown.
+void Chain::recognise(const ImageView& image, const RowMask* missing, FrameOutput& out) {
+  Alignment expected;
+  out.aligned = out.search;
+  if (!aligner_.recall(out.aligned, expected)) return;
+  const auto in_view = std::count_if(out.aligned.items.begin(), out.aligned.items.end(), [](const Prediction& p) { return p.visibility == Visibility::kVisible; });
+  patch_matcher_.find(image, missing, expected, out.aligned);
+  aligner_.recognise(patch_matcher_.landmarks(), static_cast<std::size_t>(in_view), out.alignment);
 }
 
 void Chain::place_aligned(FrameOutput& out) {
@@ -187,7 +199,7 @@ void Chain::place_aligned(FrameOutput& out) {
 /// Edges refine the pose of the corners.
 void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out) {
   out.edges.clear();
-  if (!profile_.align.enabled || !profile_.edge.enabled) return;
+  if (!profile_.align.enabled || !profile_.edge.enabled || out.alignment.by_landmarks) return;
   edge_finder_.find(image, missing, out.alignment, out.aligned, out.edges);
   aligner_.refine(out.edges, out.alignment);
   place_aligned(out);
@@ -198,9 +210,11 @@ void Chain::find_edges(const ImageView& image, const RowMask* missing, FrameOutp
 /// What earlier frames have shown holds the pose; the tracks follow the final one.
 void Chain::hold_pose(const ImageView& image, const RowMask* missing, FrameOutput& out) {
   if (!profile_.align.enabled) return;
-  patch_matcher_.find(image, missing, out.alignment, out.aligned);
-  aligner_.hold(patch_matcher_.landmarks(), out.alignment);
-  place_aligned(out);
+  if (!out.alignment.by_landmarks) {
+    patch_matcher_.find(image, missing, out.alignment, out.aligned);
+    aligner_.hold(patch_matcher_.landmarks(), out.alignment);
+    place_aligned(out);
+  }
   aligner_.learn(out.alignment);
   out.nav_fault = aligner_.nav_fault();
   out.nav_suspect = out.nav_fault != NavFault::kNone;

@@ -58,7 +58,8 @@ class Chain {
   void estimate_aligned(const AlignedFrame& frame, FrameOutput& out);
   void predictions_from_tracks(FrameOutput& out) const;
   void segment(FrameOutput& out);
-  void align(FrameOutput& out);
+  void align(const ImageView& image, const RowMask* missing, FrameOutput& out);
+  void recognise(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void place_aligned(FrameOutput& out);
   void find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void hold_pose(const ImageView& image, const RowMask* missing, FrameOutput& out);

@@ -102,6 +102,7 @@ void race_align(const Flown& f) {
     t = t + Duration{33'333'333};
     aligner.predict(t, &f.frame->in.nav.state);
     aligner.step(f.frame->search, f.frame->corners, alignment);
+    aligner.search(f.frame->search, f.frame->corners, alignment);
     aligner.learn(alignment);
   });
   if (object.size() >= 6)

@@ -87,6 +87,23 @@ TEST_F(PatchMatcherTest, HoldsThePoseByTheMeanOfManyFrames) {
   EXPECT_LT(wrong, 0.5);
 }
 
+TEST_F(PatchMatcherTest, LearnsNothingFromAPoseThatItGaveItself) {
+  // GIVEN patches anchored where their features are, then ten frames of a pose a pixel off that is by landmarks
+  PatchMatcher matcher({}, plate.model, plate.camera);
+  for (int k = 0; k < 30; ++k) frame(matcher, k, truth(k));
+  alignment.by_landmarks = true;
+  double sum = 0;
+  int n = 0;
+  for (int k = 30; k < 40; ++k) {
+    const auto t = truth(k);
+    frame(matcher, k, {t.rotation(), Point<frame::C>(t.translation().xyz + Vec3(0.04, 0, 0))});
+    for (const Landmark& mark : matcher.landmarks()) sum += (mark.uv_px - plate.at(t, mark.feature)).norm();
+    n += static_cast<int>(matcher.landmarks().size());
+  }
+  EXPECT_GE(n, 12);
+  EXPECT_LT(sum / n, 0.5);
+}
+
 TEST_F(PatchMatcherTest, HoldsNothingWhereItIsToldNotTo) {
   PatchConfig config;
   config.hold_frames = 0;
