@@ -57,6 +57,7 @@ Measurement measure_one(const Track& predicted, const Match& match, const Corner
 
 Result<PublishConfig> PublishConfig::read(ConfigTable& table, PublishConfig c) {
   table.read_in("max_nis", 0.0, 1e6, c.max_nis);
+  table.read_in("apart_sigmas", 0.0, 10.0, c.apart_sigmas);
   table.read_in("typical_nis", 0.1, 100.0, c.typical_nis);
   table.read_in("enough_features", 1, 1024, c.enough_features);
   return c;
@@ -81,6 +82,24 @@ void measure(const TrackSet& predicted, const MatchSet& matches, const CornerSet
     out.items.push_back(m);
   }
   out.integrity = integrity(n, config);
+}
+
+void refuse_confusable(const TrackSet& predicted, const MatchSet& matches, double apart_sigmas, MeasurementSet& set) {
+  if (apart_sigmas == 0) return;
+  const auto confused = [&](const Measurement& m) {
+    for (std::size_t i = 0; i < predicted.size(); ++i) {
+      if (predicted[i].feature == m.feature || matches[i].reason == MatchReason::kNotVisible) continue;
+      const Vec2 way = predicted[i].uv_px - m.raw_px;
+      const double square = way.squaredNorm();
+      if (square * square < 4 * apart_sigmas * apart_sigmas * way.dot(m.cov_px2 * way)) return true;
+    }
+    return false;
+  };
+  for (Measurement& m : set.items) {
+    if (!m.accepted || !confused(m)) continue;
+    m.accepted = false;
+    m.reason = MatchReason::kAmbiguous;
+  }
 }
 
 void z_matrix(const MeasurementSet& set, double t_s, ZMatrix& out) {

@@ -103,6 +103,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   watch.lap(Stage::kTrack, out);
   measure(out.tracks_before, out.matches, out.corners, rig_.camera, profile_.publish, out.measurements);
   if (profile_.align.enabled) add_scatter(out.alignment, out.measurements);
+  refuse_confusable(out.tracks_before, out.matches, profile_.publish.apart_sigmas, out.measurements);
   out.measurements.seq = frame.frame.seq;
   out.measurements.t_mid = frame.frame.t_mid;
   out.measurements.t_mid_sigma = frame.frame.t_mid_sigma;

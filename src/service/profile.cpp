@@ -16,6 +16,7 @@ Profile::Profile() {
   track.blending = Blending::kNavWins;
   track.motion.window_s = 0.7;
   publish.max_nis = 9.21;
+  publish.apart_sigmas = 0.9;
 }
 
 Result<Profile> Profile::load(const std::string& path) {

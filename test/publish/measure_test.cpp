@@ -167,5 +167,39 @@ TEST(Measure, ConfigurationNamesAnUnknownKey) {
   EXPECT_NE(file.finish().error().message().find("unknown key"), std::string::npos);
 }
 
+TEST(Measure, RefusesWhatCannotBeToldFromItsNeighbour) {
+  // GIVEN measurements of all features, 1 sigma half a pixel, and of the first a neighbour 2 px away
+  Frame f;
+  f.predictions->items[1].uv_px = f.predictions->items[0].uv_px + Vec2(2, 0);
+  f.tracker->nav_update(*f.predictions);
+  f.corner_at(0, {0.2, 0});
+  f.corner_at(3);
+  f.measured();
+  const auto refused = [&](double apart_sigmas, double sigma_px) {
+    for (Measurement& m : f.out->items) m.cov_px2 = sigma_px * sigma_px * Mat2::Identity();
+    for (Measurement& m : f.out->items) m.accepted = m.reason == MatchReason::kMatched || m.reason == MatchReason::kAmbiguous;
+    refuse_confusable(f.tracker->predicted(), *f.matches, apart_sigmas, *f.out);
+    int n = 0;
+    for (const Measurement& m : f.out->items) n += m.reason == MatchReason::kAmbiguous && !m.accepted;
+    return n;
+  };
+  EXPECT_EQ(refused(0, 5), 0);
+  EXPECT_EQ(refused(1, 0.85), 0);  // half the way is 0.9 px
+  EXPECT_EQ(refused(1, 0.95), 1);
+  EXPECT_FALSE(f.out->items[0].accepted);
+  EXPECT_EQ(f.out->items[0].raw_px, f.corners->items[0].uv_px);
+}
+
+TEST(Measure, AFeatureThatIsNotInViewConfusesNothing) {
+  Frame f;
+  f.predictions->items[1].uv_px = f.predictions->items[0].uv_px + Vec2(2, 0);
+  f.predictions->items[1].visibility = Visibility::kHidden;
+  f.tracker->nav_update(*f.predictions);
+  f.corner_at(0);
+  f.measured();
+  refuse_confusable(f.tracker->predicted(), *f.matches, 3, *f.out);
+  EXPECT_TRUE(f.out->items[0].accepted);
+}
+
 }  // namespace
 }  // namespace cyclops
