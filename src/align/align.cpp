@@ -20,6 +20,7 @@ constexpr double kNavLead = 5;       // evidence
 constexpr double kTrust_s = 0.5;     // without consensus, in which the word of the track loses weight
 constexpr double kOld_s = 0.06;      // navigation further beyond its newest report, or in a gap, is a guess: not compared
 constexpr double kLoose = 2.5;         // where corners are not to be doubted, landmarks, which lag, count so much less
+constexpr std::size_t kEnough = 6;      // landmarks to hold all of a pose
 constexpr double kMemory_s = 1;         // without corners that agree
 constexpr double kLeastLandmarks = 4;   // independent ones
 constexpr double kMostLandmarks = 0.6;  // of those found have to agree
@@ -211,6 +212,7 @@ void Aligner::refine(const EdgeSet& edges, Alignment& out) {
 void Aligner::hold(const LandmarkSet& landmarks, Alignment& out) {
   State& s = *s_;
   if (!out.consensus || out.by_landmarks || landmarks.empty() || s.corrected) return;
+  if (landmarks.size() >= kEnough) out.common_px = s.common.sigma_px(support(out), out.residual_px, true);
   out.T_c_k = s.held(landmarks, 1 + kLoose * (1 - s.common.doubt(support(out))), out);
   s.compare_with_navigation(out);
 }

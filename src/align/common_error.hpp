@@ -16,10 +16,11 @@ class CommonError {
  public:
   explicit CommonError(const AlignConfig& config) : config_(config) {}
 
-  /// 1 sigma an axis, px. `support`: share of the features in view that a corner supports; `residual_px`: their median distance.
-  [[nodiscard]] double sigma_px(double support, double residual_px) const {
+  /// 1 sigma an axis, px. `support`: share of the features in view that a corner supports; `residual_px`: their median distance; `held`:
+  /// landmarks hold the pose, so that doubtful corners do not pull it as far.
+  [[nodiscard]] double sigma_px(double support, double residual_px, bool held = false) const {
     const double typical = known_ ? residual_px_ : residual_px;
-    return std::max(config_.common_floor_px, typical * (config_.common_share + (1 - config_.common_share) * doubt(support)));
+    return std::max(config_.common_floor_px, typical * (config_.common_share + (1 - config_.common_share) * doubt(support) * (held ? kHeld : 1)));
   }
 
   /// 0: so many features find a corner that their pose is to be trusted, 1: so few that it may be off by all of a corner's distance.
@@ -39,6 +40,7 @@ class CommonError {
 
  private:
   static constexpr double kGain = 0.05;
+  static constexpr double kHeld = 0.7;
   const AlignConfig& config_;
   bool known_{false};
   double support_{0}, residual_px_{0};
