@@ -13,6 +13,8 @@ struct TomlAssertion : std::logic_error {
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -77,7 +79,20 @@ int line_of_assertion(const std::string& text) {
   return line;
 }
 
+/// Numbers as short as they can be read back. A list is taken apart: toml++ 3.3 counts the digits of a number below 1 in it by its
+/// logarithm, as an unsigned number.
 std::string shown(const toml::node& node) {
+  constexpr std::size_t kMost = 8;
+  if (node.is_table()) return "a table";
+  if (const toml::value<double>* number = node.as_floating_point()) {
+    std::array<char, 32> text{};
+    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number->get()).ptr};
+  }
+  if (const toml::array* list = node.as_array()) {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(kMost, list->size()); ++i) text += (i == 0 ? "" : ", ") + shown((*list)[i]);
+    return "[" + text + (list->size() > kMost ? ", ...]" : "]");
+  }
   std::ostringstream out;
   node.visit([&](auto&& n) { out << n; });
   return out.str();

@@ -30,6 +30,19 @@ TEST(Config, RefusesAWrongType) {
   EXPECT_FALSE(file.finish().ok());
 }
 
+TEST(Config, ShowsAListOrATableWhereANumberIsExpected) {
+  // The parser's own printing of a list with a number below 1 is undefined behaviour.
+  const auto said = [](const std::string& value) {
+    auto file = ConfigFile::parse("k1 = " + value + "\n", "rig.toml").value();
+    double k1 = 0;
+    file.root().read("k1", k1);
+    return file.finish().error().message();
+  };
+  EXPECT_EQ(said("[2.5, 0.05, -0.6, [0.25]]"), "rig.toml:1: k1: is [2.5, 0.05, -0.6, [0.25]], expected a number");
+  EXPECT_EQ(said("[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]"), "rig.toml:1: k1: is [1, 2, 3, 4, 5, 6, 7, 8, ...], expected a number");
+  EXPECT_EQ(said("{ a = 0.05 }"), "rig.toml:1: k1: is a table, expected a number");
+}
+
 TEST(Config, SaysWhereTheSyntaxBreaks) {
   const auto file = ConfigFile::parse("a = 1\nb = = 2\n", "a.toml");
   ASSERT_FALSE(file.ok());
