@@ -186,7 +186,8 @@ void Aligner::recognise(const LandmarkSet& landmarks, std::size_t in_view, Align
   found.T_c_k = s.track.prior().T;
   found.covariance = s.track.prior().P;
   found.considered = static_cast<std::uint32_t>(in_view);
-  found.T_c_k = s.held(landmarks, 1, found, &found);
+  found.T_c_k = s.held(landmarks, 1, found, found.covariance);
+  s.count_agreeing(landmarks, found);
   const double least = std::max({kLeastLandmarks, kMostLandmarks * static_cast<double>(landmarks.size()), s.config.min_support * static_cast<double>(in_view)});
   if (found.inliers < least) return;
   found.common_px = s.common.sigma_px(support(found), found.residual_px);
@@ -213,7 +214,8 @@ void Aligner::hold(const LandmarkSet& landmarks, Alignment& out) {
   State& s = *s_;
   if (!out.consensus || out.by_landmarks || landmarks.empty() || s.corrected) return;
   if (landmarks.size() >= kEnough) out.common_px = s.common.sigma_px(support(out), out.residual_px, true);
-  out.T_c_k = s.held(landmarks, 1 + kLoose * (1 - s.common.doubt(support(out))), out);
+  Mat6 unused;
+  out.T_c_k = s.held(landmarks, 1 + kLoose * (1 - s.common.doubt(support(out))), out, unused);
   s.compare_with_navigation(out);
 }
 

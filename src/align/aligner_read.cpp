@@ -19,7 +19,7 @@ using align::Vec6;
 
 constexpr int kGrow = 14;          // features added to a reading before all are rated
 constexpr int kRefine = 6;         // Gauss-Newton steps
-constexpr int kHold = 8;
+constexpr int kHold = 8;           // and where landmarks hold the pose
 constexpr double kSharp_px = 0.8;  // larger 1 sigma of a landmark that counts: of an edge it is the expected place that agrees
 constexpr double kApart_px = 6;    // nearer patches show the same of the picture: one voice
 constexpr double kAgrees = 9.2;    // squared Mahalanobis, 2 degrees of freedom, 99 %
@@ -169,45 +169,51 @@ void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H,
 }
 
 /// Iteratively reweighted as with corners.
-CameraPose Aligner::State::held(const LandmarkSet& landmarks, double loose, const Alignment& prior, Alignment* told) const {
+CameraPose Aligner::State::held(const LandmarkSet& landmarks, double loose, const Alignment& prior, Mat6& P) const {
   const Mat6 information = prior.covariance.inverse();
   const double c2 = config.robust_scale * config.robust_scale;
   Vec6 d = Vec6::Zero();
   Mat6 H = information;
-  StaticVector<double, kMaxFeatures> agreeing_px;
-  StaticVector<Vec2, kMaxFeatures> agreeing;
   for (int step = 0; step < kHold; ++step) {
     const CameraPose pose = moved(prior.T_c_k, d);
     H = information;
     Vec6 g = -information * d;
-    agreeing_px.clear();
-    agreeing.clear();
     for (const Landmark& mark : landmarks) {
       const auto at = projected(camera, pose, body[mark.feature]);
       if (!at) continue;
       const Mat2 W = mark.cov_px2.inverse() / (loose * loose);
       const Vec2 r = mark.uv_px - at->uv;
       const double m = r.dot(W * r), w = 1 / ((1 + m / c2) * (1 + m / c2));
-      const bool apart = std::none_of(agreeing.begin(), agreeing.end(), [&](const Vec2& o) { return (o - at->uv).norm() < kApart_px; });
-      if (m < kAgrees && apart && larger_sigma(mark.cov_px2) < kSharp_px) {
-        agreeing_px.push_back(r.norm());
-        agreeing.push_back(at->uv);
-      }
       H += w * at->by_pose.transpose() * W * at->by_pose;
       g += w * at->by_pose.transpose() * W * r;
     }
     const Vec6 change = H.ldlt().solve(g);
-    if (!change.allFinite()) return prior.T_c_k;
+    if (!change.allFinite()) break;
     d += change;
     if (change.norm() < 1e-10) break;
   }
-  if (told != nullptr) {
-    told->inliers = static_cast<std::uint32_t>(agreeing_px.size());
-    told->covariance = H.inverse();
-    std::nth_element(agreeing_px.begin(), agreeing_px.begin() + static_cast<std::ptrdiff_t>(agreeing_px.size() / 2), agreeing_px.end());
-    told->residual_px = agreeing_px.empty() ? 0 : agreeing_px[agreeing_px.size() / 2];
-  }
+  P = H.inverse();
   return moved(prior.T_c_k, d);
+}
+
+/// How many landmarks agree with the pose, each far from the others, and the median of their distances.
+void Aligner::State::count_agreeing(const LandmarkSet& landmarks, Alignment& out) const {
+  StaticVector<Vec2, kMaxFeatures> agreeing;
+  StaticVector<double, kMaxFeatures> distance_px;
+  for (const Landmark& mark : landmarks) {
+    const auto at = camera.project(out.T_c_k * body[mark.feature]);
+    if (!at || larger_sigma(mark.cov_px2) > kSharp_px) continue;
+    const Vec2 r = mark.uv_px - *at;
+    const bool apart = std::none_of(agreeing.begin(), agreeing.end(), [&](const Vec2& other) { return (other - *at).norm() < kApart_px; });
+    if (!apart || r.dot(mark.cov_px2.inverse() * r) > kAgrees) continue;
+    agreeing.push_back(*at);
+    distance_px.push_back(r.norm());
+  }
+  out.inliers = static_cast<std::uint32_t>(agreeing.size());
+  if (agreeing.empty()) return;
+  double* const middle = distance_px.begin() + distance_px.size() / 2;
+  std::nth_element(distance_px.begin(), middle, distance_px.end());
+  out.residual_px = *middle;
 }
 
 }  // namespace cyclops
