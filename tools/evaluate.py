@@ -5,6 +5,7 @@ Goes on where it was stopped: a run is done again only when program, profile, sc
 Writes OUT/report.json, report.txt and report.html (default build/evaluate). docs/evaluation.md says what each figure is.
 """
 import argparse
+import fcntl
 import json
 import os
 import sys
@@ -138,9 +139,21 @@ def arguments():
     return args
 
 
+def alone(folder):
+    """Holds the folder until the program ends; two evaluations in one would take each other's runs apart."""
+    os.makedirs(folder, exist_ok=True)
+    lock = open(os.path.join(folder, "lock"), "w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        sys.exit(f"evaluate: another evaluation is at work in {folder}; give this one a folder of its own with --out")
+    return lock
+
+
 def main():
     os.chdir(flights.ROOT)
     args = arguments()
+    lock = alone(args.out)  # noqa: F841, held to the end
     setting = runs.Setting(args.build, args.out, args.cache)
     args.peers = [p for p in runs.PEERS if p in setting.programs] if args.peers else []
     args.learned = evaluate_learned.wanted(args.flights, args.recorded) if args.learned and "cyclops-learn" in setting.programs else []

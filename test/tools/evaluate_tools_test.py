@@ -25,6 +25,16 @@ BUILD = sys.argv[1] if len(sys.argv) > 1 else "build"
 RIG = {"fx": 1000.0, "fy": 1000.0, "cx": 512.0, "cy": 512.0}
 
 
+class Folder(unittest.TestCase):
+    def test_two_evaluations_do_not_share_one(self):
+        with tempfile.TemporaryDirectory() as folder:
+            first = evaluate.alone(folder)
+            with self.assertRaisesRegex(SystemExit, "another evaluation is at work"):
+                evaluate.alone(folder)
+            first.close()
+            evaluate.alone(folder).close()
+
+
 class Poses(unittest.TestCase):
     def setUp(self):
         rng = np.random.default_rng(5)
