@@ -183,10 +183,10 @@ void Aligner::recognise(const LandmarkSet& landmarks, std::size_t in_view, Align
   if (out.consensus || static_cast<double>(landmarks.size()) < kLeastLandmarks) return;
   Alignment found;
   found.from_track = found.by_landmarks = true;
-  found.T_c_k = s.track.prior().T;
-  found.covariance = s.track.prior().P;
   found.considered = static_cast<std::uint32_t>(in_view);
-  found.T_c_k = s.held(landmarks, 1, found, found.covariance);
+  const Prior pose = s.held(landmarks, 1, s.track.prior());
+  found.T_c_k = pose.T;
+  found.covariance = pose.P;
   s.count_agreeing(landmarks, found);
   const double least = std::max({kLeastLandmarks, kMostLandmarks * static_cast<double>(landmarks.size()), s.config.min_support * static_cast<double>(in_view)});
   if (found.inliers < least) return;
@@ -214,8 +214,7 @@ void Aligner::hold(const LandmarkSet& landmarks, Alignment& out) {
   State& s = *s_;
   if (!out.consensus || out.by_landmarks || landmarks.empty() || s.corrected) return;
   if (landmarks.size() >= kEnough) out.common_px = s.common.sigma_px(support(out), out.residual_px, true);
-  Mat6 unused;
-  out.T_c_k = s.held(landmarks, 1 + kLoose * (1 - s.common.doubt(support(out))), out, unused);
+  out.T_c_k = s.held(landmarks, 1 + kLoose * (1 - s.common.doubt(support(out))), {out.T_c_k, out.covariance, true}).T;
   s.compare_with_navigation(out);
 }
 

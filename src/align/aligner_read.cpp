@@ -25,6 +25,9 @@ constexpr double kApart_px = 6;    // nearer patches show the same of the pictur
 constexpr double kAgrees = 9.2;    // squared Mahalanobis, 2 degrees of freedom, 99 %
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
 
+/// By so much a residual of squared Mahalanobis length m loses its weight (Geman & McClure).
+double lost_weight(double m, double c2) { return (1 + m / c2) * (1 + m / c2); }
+
 }  // namespace
 
 /// Linearises the features at the prior and collects the corners near each.
@@ -122,7 +125,7 @@ void Aligner::State::refine(const View& view, const Vec6& start, Alignment& out)
       if (z == nullptr) continue;
       if (std::find(supporters.begin(), supporters.end(), *z) == supporters.end()) supporters.push_back(*z);
       const double m = least / s.R;
-      const double w = 1 / ((1 + m / c2) * (1 + m / c2) * s.R);
+      const double w = 1 / (lost_weight(m, c2) * s.R);
       residuals.push_back({s.feature, least});
       H += w * at->by_pose.transpose() * at->by_pose;
       g += w * at->by_pose.transpose() * (*z - at->uv);
@@ -161,7 +164,7 @@ void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H,
       if (!at) continue;
       const Vec6 across = at->by_pose.transpose() * p.normal;
       const double r = p.normal.dot(p.uv_px - at->uv), m = r * r / variance;
-      const double w = 1 / ((1 + m / c2) * (1 + m / c2) * variance);
+      const double w = 1 / (lost_weight(m, c2) * variance);
       H += w * across * across.transpose();
       g += w * r * across;
     }
@@ -169,13 +172,13 @@ void Aligner::State::add_edges(const CameraPose& pose, double slack_px, Mat6& H,
 }
 
 /// Iteratively reweighted as with corners.
-CameraPose Aligner::State::held(const LandmarkSet& landmarks, double loose, const Alignment& prior, Mat6& P) const {
-  const Mat6 information = prior.covariance.inverse();
+Prior Aligner::State::held(const LandmarkSet& landmarks, double loose, const Prior& prior) const {
+  const Mat6 information = prior.P.inverse();
   const double c2 = config.robust_scale * config.robust_scale;
   Vec6 d = Vec6::Zero();
   Mat6 H = information;
   for (int step = 0; step < kHold; ++step) {
-    const CameraPose pose = moved(prior.T_c_k, d);
+    const CameraPose pose = moved(prior.T, d);
     H = information;
     Vec6 g = -information * d;
     for (const Landmark& mark : landmarks) {
@@ -183,7 +186,7 @@ CameraPose Aligner::State::held(const LandmarkSet& landmarks, double loose, cons
       if (!at) continue;
       const Mat2 W = mark.cov_px2.inverse() / (loose * loose);
       const Vec2 r = mark.uv_px - at->uv;
-      const double m = r.dot(W * r), w = 1 / ((1 + m / c2) * (1 + m / c2));
+      const double m = r.dot(W * r), w = 1 / lost_weight(m, c2);
       H += w * at->by_pose.transpose() * W * at->by_pose;
       g += w * at->by_pose.transpose() * W * r;
     }
@@ -192,8 +195,7 @@ CameraPose Aligner::State::held(const LandmarkSet& landmarks, double loose, cons
     d += change;
     if (change.norm() < 1e-10) break;
   }
-  P = H.inverse();
-  return moved(prior.T_c_k, d);
+  return {moved(prior.T, d), H.inverse(), true};
 }
 
 /// How many landmarks agree with the pose, each far from the others, and the median of their distances.

@@ -96,8 +96,8 @@ struct Aligner::State {
   void look(const align::Prior& prior, const PredictionSet& predicted, const CornerSet& corners, View& view) const;
   void read(double clutter, View& view);
   void refine(const View& view, const align::Vec6& start, Alignment& out);
-  /// The pose about `prior` that landmarks say, their 1 sigma taken `loose` times, and its covariance.
-  [[nodiscard]] align::CameraPose held(const LandmarkSet& landmarks, double loose, const Alignment& prior, Mat6& P) const;
+  /// What landmarks, their 1 sigma taken `loose` times, and `prior` say together.
+  [[nodiscard]] align::Prior held(const LandmarkSet& landmarks, double loose, const align::Prior& prior) const;
   void count_agreeing(const LandmarkSet& landmarks, Alignment& out) const;
   void add_edges(const align::CameraPose& pose, double slack_px, Mat6& H, align::Vec6& g) const;
   [[nodiscard]] double median_residual_px();

@@ -54,7 +54,11 @@ void PatchMatcher::find(const ImageView& image, const RowMask* missing, const Al
     PatchSearch::Found found;
     if (!search_.turn(patch.stored, alignment.T_c_k, body_[p.feature]) || !search_.match(image, missing, anchored, alignment.common_px, found)) continue;
     hold(patch, p.feature, found);
-    learn(patch, p, found, !alignment.by_landmarks);
+    if (!alignment.by_landmarks) learn(patch, found.uv_px - p.uv_px - patch.offset_px);
+    patch.found = true;
+    patch.misses = 0;
+    patch.place_px = found.uv_px - patch.offset_px;
+    patch.match_cov_px2 = found.cov_px2;
   }
 }
 
@@ -70,17 +74,11 @@ void PatchMatcher::hold(const Patch& patch, std::uint16_t feature, const PatchSe
   landmarks_.push_back({feature, found.uv_px - patch.offset_px, found.cov_px2 + variance * Mat2::Identity()});
 }
 
-void PatchMatcher::learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found, bool anchor) const {
-  const Vec2 gap = found.uv_px - aligned.uv_px - patch.offset_px;
-  if (anchor) {
-    patch.wander2 += kWanderGain * (0.5 * gap.squaredNorm() - patch.wander2);
-    patch.frames = std::min(patch.frames + 1, kLongest);
-    patch.offset_px += gap / patch.frames;
-  }
-  patch.misses = 0;
-  patch.found = true;
-  patch.place_px = found.uv_px - patch.offset_px;
-  patch.match_cov_px2 = found.cov_px2;
+/// `gap_px`: of a match from where the anchor expects it.
+void PatchMatcher::learn(Patch& patch, const Vec2& gap_px) {
+  patch.wander2 += kWanderGain * (0.5 * gap_px.squaredNorm() - patch.wander2);
+  patch.frames = std::min(patch.frames + 1, kLongest);
+  patch.offset_px += gap_px / patch.frames;
 }
 
 void PatchMatcher::measure(const ImageView& image, const RowMask* missing, const Alignment& alignment, const PredictionSet& aligned, CornerSet& corners) {

@@ -61,7 +61,7 @@ class PatchMatcher {
   };
 
   void lapse();
-  void learn(Patch& patch, const Prediction& aligned, const PatchSearch::Found& found, bool anchor) const;
+  static void learn(Patch& patch, const Vec2& gap_px);
   void hold(const Patch& patch, std::uint16_t feature, const PatchSearch::Found& found);
   bool own(const ImageView& image, const RowMask* missing, const Alignment& alignment, const Prediction& aligned, Corner& out);
 

@@ -39,8 +39,8 @@ void measure(const TrackSet& predicted, const MatchSet& matches, const CornerSet
              const PublishConfig& config, MeasurementSet& out);
 
 /// Refuses (kAmbiguous) each accepted measurement that cannot be told from another feature in view: of the way to where that one is
-/// predicted, half is less than `apart_sigmas` of the measurement's own. Call when its covariance is final. Integrity stays: what is
-/// refused here was found as expected.
+/// predicted, half is less than `apart_sigmas` of the measurement's own. Call when its covariance is final. Raw
+/// and ideal pixels are taken for the same over so short a way. Integrity stays: what is refused here was found as expected.
 void refuse_confusable(const TrackSet& predicted, const MatchSet& matches, double apart_sigmas, MeasurementSet& set);
 
 /// Z(t): first row [t 1 1], then [id x y] in metres of each accepted feature.

@@ -168,7 +168,7 @@ TEST(Measure, ConfigurationNamesAnUnknownKey) {
 }
 
 TEST(Measure, RefusesWhatCannotBeToldFromItsNeighbour) {
-  // GIVEN measurements of all features, 1 sigma half a pixel, and of the first a neighbour 2 px away
+  // GIVEN measurements of two features, the first 1.8 px from where a third one is predicted
   Frame f;
   f.predictions->items[1].uv_px = f.predictions->items[0].uv_px + Vec2(2, 0);
   f.tracker->nav_update(*f.predictions);
