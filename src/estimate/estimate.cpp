@@ -105,4 +105,16 @@ void predict(const RelativeState& state, const TankerModel& model, const Camera&
   }
 }
 
+void displace(const RelativeState& before, const RelativeState& now, const TankerModel& model, const Camera& camera, const CameraMount& mount,
+              RigidMotion& out) {
+  out.items.clear();
+  const Pose<frame::C, frame::R> T_c_r(mount.R_c_r, Point<frame::C>(-mount.R_c_r.rotate(mount.lens.xyz)));
+  const Pose<frame::C, frame::K> then = T_c_r * before.T_r_k, here = T_c_r * now.T_r_k;
+  for (const Feature& feature : model.features()) {
+    const Point<frame::K> p_k = model.in_body(feature);
+    const auto from = camera.project(then * p_k), to = camera.project(here * p_k);
+    out.items.push_back(from && to ? Displacement{true, *to - *from} : Displacement{});
+  }
+}
+
 }  // namespace cyclops

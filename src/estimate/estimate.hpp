@@ -38,4 +38,9 @@ struct EstimateConfig {
 void predict(const RelativeState& state, const TankerModel& model, const Camera& camera, const CameraMount& mount,
              const EstimateConfig& config, PredictionSet& out);
 
+/// Every feature's way in the image while the tanker goes from `before` to `now`; what the two places have in common as an error cancels.
+/// Not known for a feature behind the camera in one of them. `out.age_s` is the caller's.
+void displace(const RelativeState& before, const RelativeState& now, const TankerModel& model, const Camera& camera, const CameraMount& mount,
+              RigidMotion& out);
+
 }  // namespace cyclops

@@ -30,6 +30,18 @@ struct PredictionSet {
   StaticVector<Prediction, kMaxFeatures> items{};
 };
 
+/// How far one feature moves in the image from the frame before to this one.
+struct Displacement {
+  bool known{false};
+  Vec2 px{0, 0};
+};
+
+/// The same of all features, by navigation's velocity and rates.
+struct RigidMotion {
+  double age_s{0};                     ///< of the update that they are of; what has changed them since is not known
+  StaticVector<Displacement, kMaxFeatures> items{};  ///< item i is feature i
+};
+
 /// Part of the image that is searched: rows v0..v0+height-1, columns u0..u0+width-1.
 struct SubImage {
   int u0{0};

@@ -34,6 +34,7 @@ class NavCarry {
   /// `nav` is that of the frame at `now`, perhaps invalid. Itself when valid, else the last valid one moved on; null when that is too
   /// long ago or not to be trusted.
   const RelativeState* at(Time now, const RelativeState& nav) {
+    given_ = true;
     if (nav.valid) {
       compare(now, nav);
       last_ = carried_ = nav;
@@ -41,7 +42,10 @@ class NavCarry {
       return &carried_;
     }
     const double T = (now - t_).seconds();
-    if (!last_.valid || !trusted() || unproven(T) || T < 0 || T > config_.carry_s) return nullptr;
+    if (!last_.valid || !trusted() || unproven(T) || T < 0 || T > config_.carry_s) {
+      given_ = false;
+      return nullptr;
+    }
     carried_ = last_;
     carried_.t = now;
     carried_.T_r_k = moved_on(last_, T);
@@ -50,6 +54,20 @@ class NavCarry {
     carried_.extrapolated = true;
     return &carried_;
   }
+
+  /// The same update as at() last gave, moved to `then`, a frame before: what its velocity and rate say of the way between. Null when at()
+  /// gave null, or when they are not to be trusted.
+  const RelativeState* before(Time then) {
+    const double T = (then - t_).seconds();
+    if (!given_ || !trusted() || unproven(std::fabs(T))) return nullptr;
+    before_ = last_;
+    before_.t = then;
+    before_.T_r_k = moved_on(last_, T);
+    return &before_;
+  }
+
+  /// Of the update that at() gave.
+  [[nodiscard]] Duration age(Time now) const { return now - t_; }
 
  private:
   static constexpr double kGain = 0.25, kLongest_s = 5;
@@ -83,9 +101,11 @@ class NavCarry {
   NavConfig config_;
   RelativeState last_{};
   RelativeState carried_{};
+  RelativeState before_{};
   RelativeState mark_{};                 // waits to be compared
   Time t_{}, t_mark_{};
   bool compared_{false};
+  bool given_{false};
   double turned_{0}, ranged_{0};         // squared, over the stated variance; mean of the last few
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace cyclops {
 namespace {
@@ -110,9 +111,21 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   watch.lap(Stage::kPublish, out);
 }
 
+/// How the features move from the last frame to this one, by navigation's velocity and rates; null when those are not known.
+const RigidMotion* Chain::rigid_motion(const AlignedFrame& frame) {
+  const Time t = frame.frame.t_mid, before = std::exchange(t_before_, t);
+  if (profile_.track.filter != Filter::kKalman || aligner_.nav_fault() != NavFault::kNone) return nullptr;
+  const RelativeState* now = nav_carry_.at(t, frame.nav.state);
+  const RelativeState* then = now == nullptr ? nullptr : nav_carry_.before(before);
+  if (then == nullptr || t <= before) return nullptr;
+  displace(*then, *now, rig_.tanker, rig_.camera, mount_, motion_);
+  motion_.age_s = nav_carry_.age(t).seconds();
+  return &motion_;
+}
+
 /// The thesis: navigation places the tracks, or they place themselves.
 void Chain::estimate(const AlignedFrame& frame, FrameOutput& out) {
-  tracker_.begin_frame(frame.frame.t_mid);
+  tracker_.begin_frame(frame.frame.t_mid, rigid_motion(frame));
   if (frame.nav.state.valid) {
     predict(frame.nav.state, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
     tracker_.nav_update(out.predictions);
@@ -125,7 +138,7 @@ void Chain::estimate(const AlignedFrame& frame, FrameOutput& out) {
 
 /// Where to look: navigation and the pose of earlier frames; the tracks follow once the group has been found.
 void Chain::estimate_aligned(const AlignedFrame& frame, FrameOutput& out) {
-  tracker_.begin_frame(frame.frame.t_mid);
+  tracker_.begin_frame(frame.frame.t_mid, rigid_motion(frame));
   const RelativeState* nav = frame.nav.state.valid ? &frame.nav.state : nullptr;
   if (nav != nullptr) predict(*nav, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
   else predictions_from_tracks(out);

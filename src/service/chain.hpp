@@ -65,6 +65,7 @@ class Chain {
   void hold_pose(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void add_scatter(const Alignment& alignment, MeasurementSet& set) const;
   void refuse_matches(FrameOutput& out) const;
+  const RigidMotion* rigid_motion(const AlignedFrame& frame);
   const PredictionSet* expected_motion(const AlignedFrame& frame, const FrameOutput& out);
 
   const Rig& rig_;
@@ -81,6 +82,8 @@ class Chain {
   Tracker tracker_;
   NavCarry nav_carry_;
   PredictionSet carried_{};              ///< where navigation, carried on, expects the features; only where they stand alone
+  RigidMotion motion_{};
+  Time t_before_{};                      ///< of the last frame
   StaticVector<Vec2, kMaxFeatures> points_{};
 };
 

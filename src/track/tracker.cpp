@@ -9,6 +9,9 @@ namespace {
 
 bool on(const Track& track) { return track.state == TrackState::kLive || track.state == TrackState::kCoasting; }
 
+/// Has a velocity.
+bool moves(Filter filter) { return filter == Filter::kAlphaBeta || filter == Filter::kKalman; }
+
 void copy(const TrackSet& from, TrackSet& to) {  // only those in use: the whole array is large
   to.clear();
   for (const Track& track : from) to.push_back(track);
@@ -17,7 +20,7 @@ void copy(const TrackSet& from, TrackSet& to) {  // only those in use: the whole
 }  // namespace
 
 Result<TrackConfig> TrackConfig::read(ConfigTable& table, TrackConfig c) {
-  table.read_enum("filter", {"zoh", "zoh-score", "alpha-beta"}, c.filter);
+  table.read_enum("filter", {"zoh", "zoh-score", "alpha-beta", "kalman"}, c.filter);
   table.read_in("alpha", 0.0, 1.0, c.alpha);
   table.read_in("beta", 0.0, 2.0, c.beta);
   if (!(2 * c.alpha + c.beta < 4)) table.fail("beta", "with this alpha the filter is unstable, expected 2 alpha + beta < 4");
@@ -29,6 +32,9 @@ Result<TrackConfig> TrackConfig::read(ConfigTable& table, TrackConfig c) {
   table.read("first_hit_takes_corner", c.first_hit_takes_corner);
   table.read_in("velocity_sigma_px_s", 0.0, 10000.0, c.velocity_sigma_px_s);
   table.read_in("acceleration_px2_s3", 0.0, 1e6, c.acceleration_px2_s3);
+  table.read_in("corner_sigma_px", 0.0, 50.0, c.corner_sigma_px);
+  table.read_in("rate_sigma_px_s", 0.0, 10000.0, c.rate_sigma_px_s);
+  table.read_in("rate_change_px2_s3", 0.0, 1e6, c.rate_change_px2_s3);
   table.read_enum("score", {"hits", "likelihood"}, c.score);
   table.read_in("lost_score", 0.1, 1000.0, c.lost_score);
   table.read_in("score_most", 0.0, 1000.0, c.score_most);
@@ -47,16 +53,45 @@ bool Tracker::inside(const Vec2& uv) const {
 
 // --- from frame to frame ---------------------------------------------------------------------------------------
 
+/// What navigation's rates say of the velocity: its change while they are of one update, or of updates in a row; else a measurement of it.
+void Tracker::lead(Track& track, Inner& inner, const RigidMotion* motion) const {
+  using Led = Inner::Led;
+  const Led before = inner.led;
+  const Vec2 was_px_s = inner.led_px_s;
+  const Displacement* way = motion == nullptr || interval_s_ <= 0 ? nullptr : &motion->items[track.feature];
+  inner.led = way == nullptr || !way->known ? Led::kNot : motion->age_s > 0 ? Led::kHeld : Led::kNow;
+  if (inner.led == Led::kNot) return;
+  inner.led_px_s = way->px / interval_s_;
+  inner.led_variance = config_.rate_sigma_px_s * config_.rate_sigma_px_s + config_.acceleration_px2_s3 * motion->age_s;
+  if (!on(track)) return;
+  if (before == Led::kNot || (before == Led::kHeld && inner.led == Led::kNow)) take_velocity(track, inner);
+  else track.velocity_px_s += inner.led_px_s - was_px_s;
+}
+
+/// The place follows by its correlation, H = [0 I].
+void Tracker::take_velocity(Track& track, Inner& inner) {
+  const Mat2 S = inner.velocity + inner.led_variance * Mat2::Identity();
+  if (!(S.determinant() > 0)) return;
+  const Mat2 Kx = inner.cross * S.inverse(), Kv = inner.velocity * S.inverse();
+  const Vec2 residual = inner.led_px_s - track.velocity_px_s;
+  track.uv_px += Kx * residual;
+  track.velocity_px_s += Kv * residual;
+  track.cov_px2 -= Kx * inner.cross.transpose();
+  inner.cross -= Kx * inner.velocity;
+  inner.velocity -= Kv * inner.velocity;
+}
+
 /// x = x + T v; F = [1 T; 0 1] and white acceleration noise of density q: q [T^3/3 T^2/2; T^2/2 T].
 void Tracker::propagate(Track& track, Inner& inner, double dt) const {
   track.uv_px += dt * track.velocity_px_s;
-  const double q = config_.acceleration_px2_s3;
+  const double q = inner.led == Inner::Led::kNow ? config_.rate_change_px2_s3 : config_.acceleration_px2_s3;
   track.cov_px2 += dt * (inner.cross + inner.cross.transpose()) + dt * dt * inner.velocity + q * dt * dt * dt / 3 * Mat2::Identity();
   inner.cross += dt * inner.velocity + q * dt * dt / 2 * Mat2::Identity();
-  if (config_.filter == Filter::kAlphaBeta) inner.velocity += q * dt * Mat2::Identity();
+  if (moves(config_.filter)) inner.velocity += q * dt * Mat2::Identity();
 }
 
-void Tracker::begin_frame(Time t_mid) {
+void Tracker::begin_frame(Time t_mid, const RigidMotion* motion) {
+  CYCLOPS_ASSERT(motion == nullptr || tracks_.empty() || motion->items.size() == tracks_.size());
   interval_s_ = begun_ ? (t_mid - t_).seconds() : 0;
   if (begun_ && interval_s_ <= 0) {
     ++counters_.late_frames;
@@ -67,6 +102,7 @@ void Tracker::begin_frame(Time t_mid) {
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     Track& track = tracks_[i];
     track.change = TrackChange::kNone;
+    if (config_.filter == Filter::kKalman) lead(track, inner_[i], motion);
     if (!on(track)) continue;
     propagate(track, inner_[i], interval_s_);
     if (!inside(track.uv_px)) end(track, TrackChange::kLeftImage);
@@ -92,13 +128,20 @@ bool Tracker::consistent(const Track& track, const Inner& inner, const Predictio
   return S.determinant() > 0 && d.dot(S.inverse() * d) <= config_.keep_chi_square;
 }
 
-/// Difference of two projections close enough in time, else 0. A constant bias of the projection cancels. Spec 2.8.
+/// What navigation's rates say in this frame; else the difference of two projections close enough in time (a constant bias cancels, spec 2.8);
+/// else what they said of late; else 0.
 void Tracker::set_velocity(Track& track, Inner& inner, const Prediction& prediction) const {
   track.velocity_px_s = Vec2::Zero();
   inner.velocity = config_.velocity_sigma_px_s * config_.velocity_sigma_px_s * Mat2::Identity();
   inner.cross = Mat2::Zero();
   const double gap = (t_ - inner.t_nav).seconds();
-  if (config_.filter != Filter::kAlphaBeta || !inner.nav_known || gap <= 0 || gap > config_.max_nav_gap_s) return;
+  const bool difference = moves(config_.filter) && inner.nav_known && gap > 0 && gap <= config_.max_nav_gap_s;
+  if (inner.led == Inner::Led::kNow || (inner.led == Inner::Led::kHeld && !difference)) {
+    track.velocity_px_s = inner.led_px_s;
+    inner.velocity = inner.led_variance * Mat2::Identity();
+    return;
+  }
+  if (!difference) return;
   track.velocity_px_s = (prediction.uv_px - inner.nav_uv_px) / gap;
   inner.velocity = (prediction.cov_px2 + inner.nav_cov_px2) / (gap * gap) + config_.acceleration_px2_s3 * gap / 3 * Mat2::Identity();
 }
@@ -159,6 +202,32 @@ void Tracker::nav_update(const PredictionSet& predictions) {
 
 // --- corners ---------------------------------------------------------------------------------------------------
 
+/// Of a corner as a measurement of the track.
+Mat2 Tracker::noise(const Corner& corner) const {
+  const double sigma = config_.filter == Filter::kKalman ? config_.corner_sigma_px : 0;
+  return corner.cov_px2 + sigma * sigma * Mat2::Identity();
+}
+
+/// The gain of least variance, H = [I 0]: innovation covariance S = A + R, gains A S^-1 and B^T S^-1.
+void Tracker::optimal(Track& track, Inner& inner, const Corner& corner) const {
+  const Mat2 R = noise(corner);
+  if (config_.first_hit_takes_corner && !inner.hit) {
+    track.uv_px = corner.uv_px;
+    track.cov_px2 = R;
+    inner.cross = Mat2::Zero();
+    return;
+  }
+  const Vec2 residual = corner.uv_px - track.uv_px;
+  const Mat2 A = track.cov_px2, B = inner.cross, S = A + R;
+  if (!(S.determinant() > 0)) return;
+  const Mat2 Kx = A * S.inverse(), Kv = B.transpose() * S.inverse(), J = Mat2::Identity() - Kx;
+  track.uv_px += Kx * residual;
+  track.velocity_px_s += Kv * residual;
+  track.cov_px2 = J * A * J.transpose() + Kx * R * Kx.transpose();
+  inner.cross = J * (B - A * Kv.transpose()) + Kx * R * Kv.transpose();
+  inner.velocity -= Kv * S * Kv.transpose();
+}
+
 /// x+ = x + alpha r, v+ = v + beta / T r with r = z - x, and the covariance that goes with these gains. Spec 2.6.
 void Tracker::correct(Track& track, Inner& inner, const Corner& corner) {
   const bool hold = config_.filter != Filter::kAlphaBeta;
@@ -180,7 +249,7 @@ void Tracker::weigh(Track& track, Inner& inner, const Corner* corner) const {
   const double p = config_.detection_probability;
   double gain = std::log(1 - p);
   if (corner != nullptr) {
-    const Mat2 S = track.cov_px2 + corner->cov_px2;
+    const Mat2 S = track.cov_px2 + noise(*corner);
     const Vec2 d = corner->uv_px - track.uv_px;
     const double det = S.determinant();
     gain = det > 0 ? std::log(p / (config_.clutter_per_px2 * 2 * std::numbers::pi * std::sqrt(det))) - 0.5 * d.dot(S.inverse() * d) : 0;
@@ -218,7 +287,8 @@ void Tracker::update(const MatchSet& matches, const CornerSet& corners) {
       continue;
     }
     weigh(track, inner_[i], &corners.items[static_cast<std::size_t>(matches[i].corner)]);
-    correct(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
+    if (config_.filter == Filter::kKalman) optimal(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
+    else correct(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
     inner_[i].hit = true;
     ++counters_.hits;
     track.score = std::max(0, track.score - 1);

@@ -1,18 +1,22 @@
 #pragma once
 /// The life of each feature between navigation updates: start, follow, coast, end.
 ///
-/// Order    begin_frame(t); nav_update(predictions) if there are any; associate tracks(); update(matches, corners).
+/// Order    begin_frame(t, motion); nav_update(predictions) if there are any; associate tracks(); update(matches, corners).
 ///          A frame without pixels gets no update(): its tracks coast and nothing is counted as missed.
 /// Frames   raw pixels. T of the filters is the interval between begin_frame calls; when it is not above 0 nothing moves.
 /// Starts   only a navigation update starts a track; a deleted or departed track stays off until the next one.
 /// Change   Track::change holds what happened to the track in this frame, the gravest last: hit or miss, then start or replacement
 ///          by navigation, then the end. Whether a started track was hit too shows in its state: kLive or kCoasting.
+/// Motion   kKalman: where navigation's rates say how the feature moves (RigidMotion), they are the known input of the filter and its
+///          velocity differs from theirs by little, slowly; where they say nothing, the velocity is what the corners have shown.
+///            v = v + w - w_before,  x = x + T v,  P = F P F^T + Q;  K = P H^T (H P H^T + R)^-1, R the corner's covariance
+///          w: that motion over T. It comes and goes with navigation: where it begins it is taken as a measurement of the velocity.
 /// Covariance  per track, of position and velocity, carried through the gains in use: x+ = x + K (z - x), P+ = (I-KH) P (I-KH)^T
-///          + K R K^T, which holds for any gain. Between frames white acceleration noise is added.
+///          + K R K^T (Joseph), which holds for any gain. Between frames white acceleration noise is added.
 /// Score    kHits: misses less hits, floor 0 (the thesis). kLikelihood: sum of log( P_D N(innovation; S) / clutter ) for hits
 ///          and of log(1 - P_D) for misses, kept in Track::log_likelihood with either; a track ends when it has fallen `lost_score`
 ///          below its highest.
-/// Motion   a match that MotionCheck took out ends its track (kAgainstMotion) until navigation starts it again.
+/// Check    a match that MotionCheck took out ends its track (kAgainstMotion) until navigation starts it again.
 /// Threads  one object a thread. Memory: all of it in the constructor.
 /// Source   spec 2.6 (filters), 2.7 (life), 2.8 (blending), errata E16, E36; log-likelihood score: Sittler 1964, Blackman & Popoli 1999, ch. 6.
 #include <vector>
@@ -27,6 +31,7 @@ enum class Filter : std::uint8_t {
   kZoh,        ///< last corner held; deleted at the first miss (the thesis)
   kZohScore,   ///< last corner held; deleted by score
   kAlphaBeta,  ///< deleted by score
+  kKalman,     ///< deleted by score; led by the motion that navigation's rates predict
 };
 
 enum class Blending : std::uint8_t {
@@ -38,7 +43,7 @@ enum class TrackScore : std::uint8_t { kHits, kLikelihood };
 
 /// Table "track".
 struct TrackConfig {
-  Filter filter{Filter::kAlphaBeta};
+  Filter filter{Filter::kKalman};
   double alpha{0.7};                    ///< thesis: 0.7 / 0.075 baseline, 0.9 / 0.25 high rate
   double beta{0.075};
   int delete_at_score{5};
@@ -49,6 +54,9 @@ struct TrackConfig {
   bool first_hit_takes_corner{true};    ///< the error of a start by navigation is no motion: gains 1, 0 once. Thesis: false
   double velocity_sigma_px_s{30};       ///< of a velocity taken to be 0; about 1 px a frame at 30 Hz
   double acceleration_px2_s3{100};      ///< power spectral density of the acceleration
+  double corner_sigma_px{0.7};          ///< kKalman: an axis, of a corner from the surveyed point
+  double rate_sigma_px_s{5};            ///< kKalman: of the velocity that navigation predicts
+  double rate_change_px2_s3{20};        ///< kKalman: power spectral density of the change of its error
   TrackScore score{TrackScore::kHits};
   double lost_score{6};                 ///< kLikelihood
   double score_most{12};                ///< log-likelihood is cut off here: an old track must be able to end
@@ -79,7 +87,8 @@ class Tracker {
  public:
   Tracker(const TrackConfig& config, int width_px, int height_px);
   /// Moves every track to t_mid.
-  void begin_frame(Time t_mid);
+  /// `motion`: since the begin_frame before, item i is feature i; null when nothing is known of it. Only kKalman looks at it.
+  void begin_frame(Time t_mid, const RigidMotion* motion = nullptr);
   /// `predictions` are at the t_mid of begin_frame, item i is feature i. A set without navigation changes nothing.
   void nav_update(const PredictionSet& predictions);
   /// One match for each track.
@@ -98,12 +107,18 @@ class Tracker {
     Mat2 velocity{Mat2::Zero()};        ///< px^2/s^2
     bool hit{false};                    ///< since it was started
     double highest{0};                  ///< log-likelihood since it was started
+    enum class Led : std::uint8_t { kNot, kHeld, kNow } led{Led::kNot};  ///< by navigation's rates of an earlier frame, of this one
+    Vec2 led_px_s{0, 0};                ///< what those say
+    double led_variance{0};             ///< of it, an axis, px^2/s^2
     bool nav_known{false};
     Vec2 nav_uv_px{0, 0};               ///< of the navigation update before
     Mat2 nav_cov_px2{Mat2::Zero()};
     Time t_nav{};
   };
+  void lead(Track& track, Inner& inner, const RigidMotion* motion) const;
+  static void take_velocity(Track& track, Inner& inner);
   void propagate(Track& track, Inner& inner, double dt) const;
+  void optimal(Track& track, Inner& inner, const Corner& corner) const;
   void correct(Track& track, Inner& inner, const Corner& corner);
   void miss(Track& track, Inner& inner);
   void weigh(Track& track, Inner& inner, const Corner* corner) const;
@@ -111,6 +126,7 @@ class Tracker {
   void start(Track& track, Inner& inner, const Prediction& prediction, bool was_on);
   void set_velocity(Track& track, Inner& inner, const Prediction& prediction) const;
   void end(Track& track, TrackChange change);
+  [[nodiscard]] Mat2 noise(const Corner& corner) const;
   [[nodiscard]] bool consistent(const Track& track, const Inner& inner, const Prediction& prediction) const;
   [[nodiscard]] bool inside(const Vec2& uv_px) const;
 

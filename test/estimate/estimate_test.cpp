@@ -150,5 +150,22 @@ TEST(Estimate, ConfigurationNamesAValueOutOfRange) {
   EXPECT_NE(done.error().message().find("focal_sigma"), std::string::npos);
 }
 
+TEST(Estimate, TheWayOfAFeatureIsTheDifferenceOfItsTwoPlaces) {
+  const Camera camera({}, test::example_windscreen());
+  const TankerModel model = test::example_model();
+  const RelativeState before = test::relative_state({2, -1, 3}, {33, 0.1, -5.4}), now = test::relative_state({2.4, -1.3, 2.1}, {32.8, 0.2, -5.5});
+  const auto from = predicted(before, model, camera, test::example_mount()), to = predicted(now, model, camera, test::example_mount());
+  RigidMotion way;
+  displace(before, now, model, camera, test::example_mount(), way);
+  ASSERT_EQ(way.items.size(), model.features().size());
+  for (std::size_t i = 0; i < way.items.size(); ++i) {
+    EXPECT_TRUE(way.items[i].known);
+    EXPECT_LT((way.items[i].px - (to->items[i].uv_px - from->items[i].uv_px)).norm(), 1e-9) << i;
+    EXPECT_GT(way.items[i].px.norm(), 1) << i;
+  }
+  displace(before, test::relative_state({0, 0, 0}, {-33, 0, 0}), model, camera, test::example_mount(), way);
+  for (const Displacement& d : way.items) EXPECT_FALSE(d.known) << "behind the camera";
+}
+
 }  // namespace
 }  // namespace cyclops

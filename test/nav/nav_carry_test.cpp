@@ -76,5 +76,35 @@ TEST(NavCarry, IsOffWithZeroSeconds) {
   EXPECT_EQ(carry.at(at(0.033), none), nullptr);
 }
 
+TEST(NavCarry, SaysWhereTheSameUpdateWasAFrameBefore) {
+  NavConfig config;
+  NavCarry carry(config);
+  const RelativeState first = state(), none;
+  EXPECT_EQ(carry.before(at(0)), nullptr) << "nothing yet";
+  carry.at(at(0), first);
+  const RelativeState* then = carry.before(at(-0.1));
+  ASSERT_NE(then, nullptr);
+  EXPECT_TRUE(then->T_r_k.translation().xyz.isApprox(Vec3(30.05, 0.98, -8.01), 1e-12));
+  EXPECT_EQ(then->t, at(-0.1));
+  carry.at(at(0.6), none);
+  EXPECT_NEAR(carry.age(at(0.6)).seconds(), 0.6, 1e-12);
+  then = carry.before(at(0.5));
+  ASSERT_NE(then, nullptr);
+  EXPECT_TRUE(then->T_r_k.translation().xyz.isApprox(Vec3(29.75, 1.1, -7.95), 1e-12)) << "half a second after the update, not before this frame's";
+  EXPECT_EQ(carry.at(at(9), none), nullptr);
+  EXPECT_EQ(carry.before(at(8.9)), nullptr) << "too long ago";
+}
+
+TEST(NavCarry, OfASourceWhoseVelocityIsNotThatOfItsPlaceThereIsNoBefore) {
+  NavCarry carry(NavConfig{});
+  RelativeState s = state();
+  s.velocity_r = Vec3::Zero();  // left at zero while the place goes on at 1 m/s
+  for (int n = 0; n <= 60; ++n) {
+    s.T_r_k = {s.T_r_k.rotation(), Point<frame::R>(Vec3(30 - n / 30.0, 1, -8))};
+    ASSERT_NE(carry.at(at(n / 30.0), s), nullptr) << "the update itself is used";
+  }
+  EXPECT_EQ(carry.before(at(59 / 30.0)), nullptr);
+}
+
 }  // namespace
 }  // namespace cyclops

@@ -80,7 +80,7 @@ TEST(Profile, NamesFileLineAndKeyOfWhatIsWrong) {
   const struct { const char* text; const char* at; } wrong[] = {
       {"[nav]\nmax_wait_ms = 50.0\nmax_weight_ms = 50.0\n", ":3: nav.max_weight_ms: unknown key"},
       {"[navigation]\n", ":1: navigation: unknown key"},
-      {"[track]\n\nfilter = \"kalman\"\n", ":3: track.filter: is \"kalman\", expected"},
+      {"[track]\n\nfilter = \"particle\"\n", ":3: track.filter: is \"particle\", expected"},
       {"[detect]\ngaussian_size = 8\n", ":2: detect.gaussian_size"},
       {"[publish]\nmax_nis = \"much\"\n", ":2: publish.max_nis: is 'much', expected a number"},
       {"[align]\nenabled = 1\n", ":2: align.enabled: is 1, expected true or false"},

@@ -185,7 +185,7 @@ TEST(Filter, AFrameThatIsNotLaterMovesNothingAndIsCounted) {
 }
 
 TEST(Filter, UncertaintyGrowsWhileCoastingAndShrinksWithAHit) {
-  for (const Filter filter : {Filter::kZohScore, Filter::kAlphaBeta}) {
+  for (const Filter filter : {Filter::kZohScore, Filter::kAlphaBeta, Filter::kKalman}) {
     TrackConfig config;
     config.filter = filter;
     TrackRig rig(config);
@@ -205,7 +205,9 @@ TEST(Filter, UncertaintyGrowsWhileCoastingAndShrinksWithAHit) {
 }
 
 TEST(Filter, AStartByNavigationThatIsOffGivesNoFalseVelocity) {
-  TrackRig rig(TrackConfig{});
+  TrackConfig config;
+  config.filter = Filter::kAlphaBeta;
+  TrackRig rig(config);
   rig.begin();
   rig.nav({{100, 100}});
   rig.hit({112, 95});

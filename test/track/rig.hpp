@@ -33,6 +33,14 @@ class TrackRig {
     begun_ = true;
     tracker_->begin_frame(t_);
   }
+  /// With what navigation's rates of `age_s` ago say of each feature's way; none: it is behind the camera.
+  void begin_moved(const std::vector<std::optional<Vec2>>& ways_px, double age_s = 0, Duration after = kFrame) {
+    RigidMotion motion;
+    motion.age_s = age_s;
+    for (const auto& way : ways_px) motion.items.push_back(way ? Displacement{true, *way} : Displacement{});
+    t_ = t_ + after;
+    tracker_->begin_frame(t_, &motion);
+  }
   void nav(const std::vector<Vec2>& places, double sigma_px = 3, Visibility visibility = Visibility::kVisible) {
     auto set = std::make_unique<PredictionSet>();
     set->from_nav = true;
@@ -49,6 +57,9 @@ class TrackRig {
     tracker_->nav_update(*set);
   }
   void update(const std::vector<std::optional<Vec2>>& corners, double sigma_px = 0.5, MatchReason missed = MatchReason::kNoCornerInGate) {
+    update(corners, Mat2(Mat2::Identity() * sigma_px * sigma_px), missed);
+  }
+  void update(const std::vector<std::optional<Vec2>>& corners, const Mat2& cov_px2, MatchReason missed) {
     corners_->items.clear();
     matches_->clear();
     for (const auto& place : corners) {
@@ -59,7 +70,7 @@ class TrackRig {
         m.reason = MatchReason::kMatched;
         Corner c;
         c.uv_px = *place;
-        c.cov_px2 = Mat2::Identity() * sigma_px * sigma_px;
+        c.cov_px2 = cov_px2;
         corners_->items.push_back(c);
       }
       matches_->push_back(m);
@@ -67,6 +78,7 @@ class TrackRig {
     tracker_->update(*matches_, *corners_);
   }
   void hit(const Vec2& place, double sigma_px = 0.5) { update({place}, sigma_px); }
+  void hit(const Vec2& place, const Mat2& cov_px2) { update({place}, cov_px2, MatchReason::kNoCornerInGate); }
   void miss(MatchReason reason = MatchReason::kNoCornerInGate) { update({std::nullopt}, 0.5, reason); }
 
  private:
