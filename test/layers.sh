@@ -7,11 +7,11 @@ declare -A may
 may[base]="base"
 may[geometry]="base geometry"
 may[msg]="base geometry msg"
-for s in capture timesync nav estimate segment detect align edge patch associate track publish; do may[$s]="base geometry msg $s"; done
+for s in capture timesync nav estimate flow segment detect align edge patch associate track publish; do may[$s]="base geometry msg $s"; done
 may[wire]="base geometry msg wire"
 may[record]="base geometry msg wire record"
 may[monitor]="base monitor"
-may[service]="base geometry msg monitor capture timesync nav estimate segment detect align edge patch associate track publish wire record service"
+may[service]="base geometry msg monitor capture timesync nav estimate flow segment detect align edge patch associate track publish wire record service"
 bad=0
 for dir in src/*/; do
   layer=$(basename "$dir")
@@ -20,7 +20,7 @@ for dir in src/*/; do
     target=$(sed -E 's/.*#include "([a-z]+)\/.*/\1/' <<<"$text")
     case " ${may[$layer]} " in *" $target "*) ;; *) echo "layers: $file:$line: $layer may not include $target"; bad=1 ;; esac
   done < <(grep -nH -E '^#include "[a-z_]+/' -r "$dir" || true)
-  case "$layer" in timesync | nav | estimate | segment | detect | align | edge | patch | associate | track)
+  case "$layer" in timesync | nav | estimate | flow | segment | detect | align | edge | patch | associate | track)
     # Pure: no clock, socket, thread, file or log.
     if grep -nHE '#include (<(thread|mutex|chrono|fstream|sys/|unistd|lcm|spdlog|condition_variable|iostream|gpiod)|"base/clock)' -r "$dir"; then
       echo "layers: src/$layer must stay free of clocks, threads, files and sockets"; bad=1; fi ;;

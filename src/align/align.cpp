@@ -24,6 +24,9 @@ constexpr std::size_t kEnough = 6;      // landmarks to hold all of a pose
 constexpr double kMemory_s = 1;         // without corners that agree
 constexpr double kLeastLandmarks = 4;   // independent ones
 constexpr double kMostLandmarks = 0.6;  // of those found have to agree
+constexpr double kTighten[] = {16, 8, 4, 2, 1};  // times their 1 sigma: at first none is an outlier
+constexpr double kAnySigma_px = 100;
+constexpr double kSharp_px = 0.8;       // larger 1 sigma of a landmark that counts: of an edge it is the expected place that agrees
 constexpr double kMostDoubt = 100;    // times its covariance, at which navigation that is at fault is still a place to search about
 
 }  // namespace
@@ -135,6 +138,25 @@ bool Aligner::predict(Time t_mid, const RelativeState* nav, const RelativeState*
   return s.nav.valid || s.track.prior().valid;
 }
 
+double Aligner::off_px() const { return s_->track.off_px(); }
+
+bool Aligner::follow(const LandmarkSet& moved, double give_px) {
+  State& s = *s_;
+  const Prior& last = s.track.prior();
+  if (!last.valid || static_cast<double>(moved.size()) < kLeastLandmarks) return false;
+  Prior from = s.track.around(s.shifted(last.T, moved), give_px), body;
+  for (const double loose : kTighten) {
+    body = s.held(moved, loose, from);
+    from.T = body.T;
+  }
+  Alignment agreed;
+  agreed.T_c_k = body.T;
+  s.count_agreeing(moved, kAnySigma_px, agreed);
+  if (agreed.inliers < std::max(kLeastLandmarks, kMostLandmarks * static_cast<double>(moved.size()))) return false;
+  s.track.follow(body, s.between);
+  return true;
+}
+
 bool Aligner::acquiring() const { return s_->wide(s_->sharpest()); }
 
 const Pose<frame::C, frame::K>& Aligner::prior_pose() const { return s_->track.prior().valid ? s_->track.prior().T : s_->nav.T; }
@@ -187,7 +209,7 @@ void Aligner::recognise(const LandmarkSet& landmarks, std::size_t in_view, Align
   const Prior pose = s.held(landmarks, 1, s.track.prior());
   found.T_c_k = pose.T;
   found.covariance = pose.P;
-  s.count_agreeing(landmarks, found);
+  s.count_agreeing(landmarks, kSharp_px, found);
   const double least = std::max({kLeastLandmarks, kMostLandmarks * static_cast<double>(landmarks.size()), s.config.min_support * static_cast<double>(in_view)});
   if (found.inliers < least) return;
   found.common_px = s.common.sigma_px(support(found), found.residual_px);

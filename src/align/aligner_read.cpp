@@ -20,7 +20,6 @@ using align::Vec6;
 constexpr int kGrow = 14;          // features added to a reading before all are rated
 constexpr int kRefine = 6;         // Gauss-Newton steps
 constexpr int kHold = 8;           // and where landmarks hold the pose
-constexpr double kSharp_px = 0.8;  // larger 1 sigma of a landmark that counts: of an edge it is the expected place that agrees
 constexpr double kApart_px = 6;    // nearer patches show the same of the picture: one voice
 constexpr double kAgrees = 9.2;    // squared Mahalanobis, 2 degrees of freedom, 99 %
 constexpr double kSlack_px[kRefine] = {1.0, 0.7, 0.4, 0.2, 0, 0};
@@ -198,13 +197,27 @@ Prior Aligner::State::held(const LandmarkSet& landmarks, double loose, const Pri
   return {moved(prior.T, d), H.inverse(), true};
 }
 
-/// How many landmarks agree with the pose, each far from the others, and the median of their distances.
-void Aligner::State::count_agreeing(const LandmarkSet& landmarks, Alignment& out) const {
+CameraPose Aligner::State::shifted(const CameraPose& pose, const LandmarkSet& landmarks) const {
+  Mat2 J = Mat2::Zero();
+  Vec2 way(0, 0);
+  for (const Landmark& mark : landmarks) {
+    const auto at = projected(camera, pose, body[mark.feature]);
+    if (!at) continue;
+    J += at->by_point.leftCols<2>();
+    way += mark.uv_px - at->uv;
+  }
+  Vec6 d = Vec6::Zero();
+  if (std::fabs(J.determinant()) > 0) d.segment<2>(3) = J.inverse() * way;
+  return moved(pose, d);
+}
+
+/// How many landmarks with a 1 sigma of up to `sharp_px` agree with the pose, each far from the others, and the median of their distances.
+void Aligner::State::count_agreeing(const LandmarkSet& landmarks, double sharp_px, Alignment& out) const {
   StaticVector<Vec2, kMaxFeatures> agreeing;
   StaticVector<double, kMaxFeatures> distance_px;
   for (const Landmark& mark : landmarks) {
     const auto at = camera.project(out.T_c_k * body[mark.feature]);
-    if (!at || larger_sigma(mark.cov_px2) > kSharp_px) continue;
+    if (!at || larger_sigma(mark.cov_px2) > sharp_px) continue;
     const Vec2 r = mark.uv_px - *at;
     const bool apart = std::none_of(agreeing.begin(), agreeing.end(), [&](const Vec2& other) { return (other - *at).norm() < kApart_px; });
     if (!apart || r.dot(mark.cov_px2.inverse() * r) > kAgrees) continue;

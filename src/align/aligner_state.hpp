@@ -98,7 +98,9 @@ struct Aligner::State {
   void refine(const View& view, const align::Vec6& start, Alignment& out);
   /// What landmarks, their 1 sigma taken `loose` times, and `prior` say together.
   [[nodiscard]] align::Prior held(const LandmarkSet& landmarks, double loose, const align::Prior& prior) const;
-  void count_agreeing(const LandmarkSet& landmarks, Alignment& out) const;
+  /// Moved aside as the landmarks are from where the pose puts them, in the mean.
+  [[nodiscard]] align::CameraPose shifted(const align::CameraPose& pose, const LandmarkSet& landmarks) const;
+  void count_agreeing(const LandmarkSet& landmarks, double sharp_px, Alignment& out) const;
   void add_edges(const align::CameraPose& pose, double slack_px, Mat6& H, align::Vec6& g) const;
   [[nodiscard]] double median_residual_px();
   void learn(const Alignment& out);

@@ -6,7 +6,8 @@
 namespace cyclops::align {
 namespace {
 
-constexpr double kErrorGain = 0.15, kVelocityGain = 0.6;
+constexpr double kErrorGain = 0.15, kVelocityGain = 0.6, kAccelerationGain = 0.7;
+constexpr double kLeap_px = 8;         // so far from the track, where navigation contradicted it: another track begins
 constexpr double kFirst_px = 3;        // error of the first prediction with a velocity
 constexpr double kLeastTurn = 0.001;   // rad
 constexpr double kLeastShift = 0.001;  // of the range
@@ -51,23 +52,47 @@ void PoseTrack::predict(Time now, const Prior& nav, const Prior& motion) {
   }
   prior_ = {};
   contradicted_ = false;
+  off_px_ = 0;
+  known_ = {};
   const double blind = (now - t_pose_).seconds();
   if (!locked_ || !has_shape_ || blind > config_.forget_after_s) return;
-  ways_[0] = T_;
-  ways_[1] = moved(T_, velocity_ * blind);
-  way_nav_ = motion.valid && previous_nav_.valid;
-  ways_[2] = way_nav_ ? moved(T_, difference(previous_nav_.T, motion.T)) : ways_[1];
-  std::size_t best = way_error_px2_[0] < way_error_px2_[1] ? 0 : 1;
-  if (way_nav_ && way_error_px2_[2] < way_error_px2_[best]) best = 2;
-  prior_ = around(ways_[best], std::max(config_.track_floor_px, error_px_) + config_.track_growth_px_s * std::max(0.0, blind - 0.05));
+  known_ = {true, true, motion.valid && previous_nav_.valid, newest_s_ > 0, false};
+  ways_[kStill] = T_;
+  ways_[kSteady] = moved(T_, velocity_ * blind);
+  ways_[kTurning] = moved(T_, (newest_ + 0.5 * (newest_s_ + blind) * acceleration_) * blind);
+  if (known_[kNavigation]) ways_[kNavigation] = moved(T_, difference(previous_nav_.T, motion.T));
+  if (nav.valid) words_ = std::max(1.0, config_.nav_memory_s / std::max(1e-3, (now - t_nav_).seconds()));
+  choose(nav);
+}
+
+void PoseTrack::follow(const Prior& pictures, const Prior& nav) {
+  if (!known_[kStill]) return;
+  known_[kPictures] = true;
+  ways_[kPictures] = pictures.T;
+  pictures_ = pictures;
+  choose(nav);
+}
+
+/// The best way, and navigation's word on it.
+void PoseTrack::choose(const Prior& nav) {
+  Way best = way_error_px2_[kStill] < way_error_px2_[kSteady] ? kStill : kSteady;
+  if (known_[kNavigation] && way_error_px2_[kNavigation] < way_error_px2_[best]) best = kNavigation;
+  const bool astray = way_error_px2_[best] > config_.track_floor_px * config_.track_floor_px;  // else these would add but noise
+  for (const Way way : {kTurning, kPictures})
+    if (astray && known_[way] && way_error_px2_[way] < way_error_px2_[best]) best = way;
+  const double blind = best == kPictures ? 0 : std::max(0.0, (now_ - t_pose_).seconds() - 0.05);
+  const double error = best == kPictures ? std::sqrt(way_error_px2_[kPictures]) : error_px_;
+  off_px_ = error + config_.track_growth_px_s * blind;
+  prior_ = around(ways_[best], std::max(config_.track_floor_px, best == kPictures ? 0 : error) + config_.track_growth_px_s * blind);
+  if (best == kPictures) prior_.P += pictures_.P;
+  contradicted_ = false;
   if (!nav.valid) return;
   const Vec6 gap = difference(prior_.T, nav.T);
   contradicted_ = gap.dot((prior_.P + nav.P).ldlt().solve(gap)) > kContradiction;
   if (contradicted_) return;  // each stands for itself
+  t_nav_ = now_;
   // Navigation pulls the track towards itself as far as its covariance says, but its errors last: many words in a second are one.
-  const double words = std::max(1.0, config_.nav_memory_s / std::max(1e-3, (now - t_nav_).seconds()));
-  t_nav_ = now;
-  const auto solver = Mat6(prior_.P + words * nav.P).ldlt();
+  const auto solver = Mat6(prior_.P + words_ * nav.P).ldlt();
   prior_.T = moved(prior_.T, prior_.P * solver.solve(gap));
   prior_.P = prior_.P - prior_.P * solver.solve(prior_.P);
   prior_.P = 0.5 * (prior_.P + prior_.P.transpose().eval());
@@ -80,24 +105,37 @@ Prior PoseTrack::around(const CameraPose& pose, double px) const {
 
 void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool corrected) {
   if (locked_ && prior_.valid && corrected) {
-    way_error_px2_ = {{9, 9, 16}};
+    way_error_px2_ = kFirstError_px2;
     error_px_ = 3;
-  } else if (locked_ && prior_.valid) {
+    newest_s_ = 0;
+    acceleration_.setZero();
+  } else if (locked_ && prior_.valid && !(contradicted_ && distance_px(prior_.T, pose) > kLeap_px)) {
     const double dt = (now_ - t_pose_).seconds();
     for (std::size_t i = 0; i < ways_.size(); ++i) {
-      if (i == 2 && !way_nav_) continue;
+      if (!known_[i]) continue;
       const double e = distance_px(ways_[i], pose);
       way_error_px2_[i] += (fresh_ ? 1 : kErrorGain) * (std::min(e * e, 900.0) - way_error_px2_[i]);
     }
     const Vec6 v = difference(T_, pose) / std::max(dt, 1e-3);
-    if (with_navigation == with_navigation_) velocity_ += (fresh_ ? 1 : kVelocityGain) * (v - velocity_);
-    if (fresh_) way_error_px2_[1] = std::min(way_error_px2_[1], kFirst_px * kFirst_px);  // from now on it is known how it moves
-    error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.end()));
+    if (with_navigation == with_navigation_) {
+      velocity_ += (fresh_ ? 1 : kVelocityGain) * (v - velocity_);
+      if (newest_s_ > 0) acceleration_ += kAccelerationGain * ((v - newest_) / (0.5 * (newest_s_ + dt)) - acceleration_);
+      newest_ = v;
+      newest_s_ = std::max(dt, 1e-3);
+    } else if (newest_s_ > 0) {
+      newest_ += acceleration_ * dt;
+      newest_s_ = std::max(dt, 1e-3);
+    }
+    if (fresh_) way_error_px2_[kSteady] = std::min(way_error_px2_[kSteady], kFirst_px * kFirst_px);  // from now on it is known how it moves
+    error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.begin() + kPictures));
     fresh_ = false;
   } else {
     velocity_.setZero();
+    acceleration_.setZero();
+    newest_s_ = 0;
     error_px_ = kFirst_px;
-    way_error_px2_.fill(error_px_ * error_px_);
+    way_error_px2_ = kFirstError_px2;
+    way_error_px2_[kNavigation] = error_px_ * error_px_;
     fresh_ = true;
   }
   T_ = pose;

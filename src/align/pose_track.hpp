@@ -1,8 +1,8 @@
 #pragma once
 /// Inside align: the aligned pose of earlier frames, moved on to this one, and how far such predictions have been off.
 ///
-/// Three ways compete, by their recent errors on the image: standing still, constant velocity, navigation's own motion. The
-/// covariance has the shape of navigation's, scaled to the error that the winner has shown.
+/// Five ways compete, by their recent errors on the image: standing still, constant velocity, constant acceleration, navigation's own motion,
+/// and the motion that the pictures show where they are looked at for it. The covariance has the shape of navigation's, scaled to the error that the winner has shown.
 /// Time     service clock. Threads: one at a time. Memory: fixed.
 #include <array>
 #include <vector>
@@ -25,6 +25,10 @@ class PoseTrack {
   void predict(Time now, const Prior& nav, const Prior& motion);
   void predict(Time now, const Prior& nav) { predict(now, nav, nav); }
   [[nodiscard]] const Prior& prior() const { return prior_; }
+  /// How far prior() may be off before navigation's part in it, rms of the features, px an axis; 0 without a track.
+  [[nodiscard]] double off_px() const { return off_px_; }
+  /// After predict: where the pictures lead to from the last pose, and how surely. `nav` as there.
+  void follow(const Prior& pictures, const Prior& nav);
   /// Navigation of this frame says that the track cannot be where it is.
   [[nodiscard]] bool contradicted() const { return contradicted_; }
   /// The pose that this frame's features agreed on. Where navigation comes or goes from one frame to the next, the step is what it
@@ -42,7 +46,9 @@ class PoseTrack {
   [[nodiscard]] double spread_px(const CameraPose& pose, const Mat6& P) const;
 
  private:
+  enum Way : std::size_t { kStill, kSteady, kNavigation, kTurning, kPictures, kWays };
   [[nodiscard]] double distance_px(const CameraPose& a, const CameraPose& b) const;
+  void choose(const Prior& nav);
 
   const AlignConfig& config_;
   const Camera& camera_;
@@ -55,15 +61,22 @@ class PoseTrack {
   bool locked_{false};                  // there is an aligned pose of an earlier frame
   CameraPose T_{};                      // that pose
   Vec6 velocity_{Vec6::Zero()};         // per second
+  Vec6 newest_{Vec6::Zero()};           // velocity between the last two poses, per second
+  Vec6 acceleration_{Vec6::Zero()};     // per second squared
+  double newest_s_{0};                  // time between them; 0: not known
   Time t_pose_{};
   bool contradicted_{false};
   Time t_nav_{};                        // when navigation was last weighed against it
   bool fresh_{false};                   // that pose is the first one: how it moves is not known
   bool with_navigation_{false};         // that pose was found with navigation's help
   double error_px_{3};                  // how far predictions from it have recently been off, rms
-  std::array<CameraPose, 3> ways_{};    // predictions of this frame: standing still, constant velocity, navigation's motion
-  std::array<double, 3> way_error_px2_{{9, 9, 16}};
-  bool way_nav_{false};
+  static constexpr std::array<double, kWays> kFirstError_px2{9, 9, 16, 16, 4};
+  std::array<CameraPose, kWays> ways_{};  // predictions of this frame
+  std::array<bool, kWays> known_{};
+  std::array<double, kWays> way_error_px2_{kFirstError_px2};
+  Prior pictures_;
+  double off_px_{0};
+  double words_{1};                     // of navigation, that count as one
 };
 
 }  // namespace cyclops::align

@@ -60,6 +60,7 @@ Chain::Chain(const Rig& rig, const Profile& profile)
       mount_{camera_from_receiver(rig.mount_angles), rig.lens, rig.boresight_sigma_rad},
       T_c_r_(mount_.R_c_r, Point<frame::C>(-mount_.R_c_r.rotate(mount_.lens.xyz))),
       aligner_(profile.align, rig.tanker, rig.camera, T_c_r_, mount_.boresight_sigma_rad),
+      flow_finder_(profile.flow),
       edge_finder_(profile.edge, rig.tanker, rig.camera),
       patch_matcher_(profile.patch, rig.tanker, rig.camera, rig.looks),
       segmenter_(profile.segment),
@@ -74,7 +75,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.in = frame;
   out.alignment = {};
   const bool seen = image.data != nullptr && frame.frame.status != FrameStatus::kMissing;
-  if (profile_.align.enabled) estimate_aligned(frame, out);
+  if (profile_.align.enabled) estimate_aligned(frame, seen ? image : ImageView{}, missing, out);
   else estimate(frame, out);
   watch.lap(Stage::kEstimate, out);
   out.sub_images.clear();
@@ -108,6 +109,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.measurements.seq = frame.frame.seq;
   out.measurements.t_mid = frame.frame.t_mid;
   out.measurements.t_mid_sigma = frame.frame.t_mid_sigma;
+  if (out.alignment.consensus && seen) flow_finder_.learn(image, missing, out.aligned, out.measurements);
   watch.lap(Stage::kPublish, out);
 }
 
@@ -137,19 +139,35 @@ void Chain::estimate(const AlignedFrame& frame, FrameOutput& out) {
 }
 
 /// Where to look: navigation and the pose of earlier frames; the tracks follow once the group has been found.
-void Chain::estimate_aligned(const AlignedFrame& frame, FrameOutput& out) {
+void Chain::estimate_aligned(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
   tracker_.begin_frame(frame.frame.t_mid, rigid_motion(frame));
   const RelativeState* nav = frame.nav.state.valid ? &frame.nav.state : nullptr;
   if (nav != nullptr) predict(*nav, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
   else predictions_from_tracks(out);
   if (aligner_.predict(frame.frame.t_mid, nav, nav_carry_.at(frame.frame.t_mid, frame.nav.state))) {
-    predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.search);
-    aligner_.widen(out.search);
+    look_around(frame, out);
+    if (profile_.flow.enabled && aligner_.off_px() > profile_.flow.from_px) follow(frame, image, missing, out);
   } else {
     out.search = out.predictions;
   }
   out.predictions.seq = out.search.seq = frame.frame.seq;
   out.predictions.t_mid = out.search.t_mid = frame.frame.t_mid;
+}
+
+/// The prediction is not to be relied on: what the pictures say of the motion.
+void Chain::follow(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
+  constexpr int kTimes = 3;
+  for (int n = 0; n < kTimes; ++n) {
+    const LandmarkSet& moved = n == 0 ? flow_finder_.find(image, missing, out.search) : flow_finder_.find_again(out.search);
+    if (!aligner_.follow(moved, flow_finder_.give_px())) return;
+    look_around(frame, out);
+  }
+}
+
+/// Where to look, from the pose that the aligner expects.
+void Chain::look_around(const AlignedFrame& frame, FrameOutput& out) {
+  predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.search);
+  aligner_.widen(out.search);
 }
 
 void Chain::predictions_from_tracks(FrameOutput& out) const {

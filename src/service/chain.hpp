@@ -7,6 +7,7 @@
 #include "detect/corner_detector.hpp"
 #include "edge/edge_finder.hpp"
 #include "estimate/estimate.hpp"
+#include "flow/flow_finder.hpp"
 #include "msg/chain.hpp"
 #include "msg/frame.hpp"
 #include "nav/frame_aligner.hpp"
@@ -55,7 +56,9 @@ class Chain {
 
  private:
   void estimate(const AlignedFrame& frame, FrameOutput& out);
-  void estimate_aligned(const AlignedFrame& frame, FrameOutput& out);
+  void estimate_aligned(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
+  void look_around(const AlignedFrame& frame, FrameOutput& out);
+  void follow(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
   void predictions_from_tracks(FrameOutput& out) const;
   void segment(FrameOutput& out);
   void align(const ImageView& image, const RowMask* missing, FrameOutput& out);
@@ -73,6 +76,7 @@ class Chain {
   CameraMount mount_;
   Pose<frame::C, frame::R> T_c_r_;
   Aligner aligner_;
+  FlowFinder flow_finder_;
   EdgeFinder edge_finder_;
   PatchMatcher patch_matcher_;
   Segmenter segmenter_;

@@ -34,6 +34,7 @@ Result<Profile> Profile::load(const std::string& path) {
   };
   CYCLOPS_TRY(take("nav", p.nav));
   CYCLOPS_TRY(take("estimate", p.estimate));
+  CYCLOPS_TRY(take("flow", p.flow));
   CYCLOPS_TRY(take("segment", p.segment));
   CYCLOPS_TRY(take("detect", p.detect));
   CYCLOPS_TRY(take("align", p.align));

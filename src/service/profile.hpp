@@ -8,6 +8,7 @@
 #include "detect/detect_config.hpp"
 #include "edge/edge_config.hpp"
 #include "estimate/estimate.hpp"
+#include "flow/flow_config.hpp"
 #include "nav/nav_config.hpp"
 #include "patch/patch_config.hpp"
 #include "publish/measure.hpp"
@@ -22,6 +23,7 @@ struct Profile {
   std::string name{"built-in default"};
   NavConfig nav{};
   EstimateConfig estimate{};
+  FlowConfig flow{};
   SegmentConfig segment{};
   DetectConfig detect{};
   AlignConfig align{};
