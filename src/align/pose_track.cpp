@@ -81,7 +81,7 @@ void PoseTrack::choose(const Prior& nav) {
   for (const Way way : {kTurning, kPictures})
     if (astray && known_[way] && way_error_px2_[way] < way_error_px2_[best]) best = way;
   const double blind = best == kPictures ? 0 : std::max(0.0, (now_ - t_pose_).seconds() - 0.05);
-  const double error = best == kPictures ? std::sqrt(way_error_px2_[kPictures]) : error_px_;
+  const double error = std::sqrt(way_error_px2_[best]);
   off_px_ = error + config_.track_growth_px_s * blind;
   prior_ = around(ways_[best], std::max(config_.track_floor_px, best == kPictures ? 0 : error) + config_.track_growth_px_s * blind);
   if (best == kPictures) prior_.P += pictures_.P;
@@ -106,7 +106,6 @@ Prior PoseTrack::around(const CameraPose& pose, double px) const {
 void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool corrected) {
   if (locked_ && prior_.valid && corrected) {
     way_error_px2_ = kFirstError_px2;
-    error_px_ = 3;
     newest_s_ = 0;
     acceleration_.setZero();
   } else if (locked_ && prior_.valid && !(contradicted_ && distance_px(prior_.T, pose) > kLeap_px)) {
@@ -127,15 +126,13 @@ void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool correct
       newest_s_ = std::max(dt, 1e-3);
     }
     if (fresh_) way_error_px2_[kSteady] = std::min(way_error_px2_[kSteady], kFirst_px * kFirst_px);  // from now on it is known how it moves
-    error_px_ = std::sqrt(*std::min_element(way_error_px2_.begin(), way_error_px2_.begin() + kPictures));
     fresh_ = false;
   } else {
     velocity_.setZero();
     acceleration_.setZero();
     newest_s_ = 0;
-    error_px_ = kFirst_px;
     way_error_px2_ = kFirstError_px2;
-    way_error_px2_[kNavigation] = error_px_ * error_px_;
+    way_error_px2_[kNavigation] = kFirst_px * kFirst_px;
     fresh_ = true;
   }
   T_ = pose;

@@ -69,7 +69,6 @@ class PoseTrack {
   Time t_nav_{};                        // when navigation was last weighed against it
   bool fresh_{false};                   // that pose is the first one: how it moves is not known
   bool with_navigation_{false};         // that pose was found with navigation's help
-  double error_px_{3};                  // how far predictions from it have recently been off, rms
   static constexpr std::array<double, kWays> kFirstError_px2{9, 9, 16, 16, 4};
   std::array<CameraPose, kWays> ways_{};  // predictions of this frame
   std::array<bool, kWays> known_{};

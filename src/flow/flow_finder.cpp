@@ -8,6 +8,7 @@ namespace cyclops {
 namespace {
 
 constexpr double kAcross_cells = 80;    // the group, at most
+constexpr double kSmaller = 0.75;       // a group this much smaller takes smaller cells
 constexpr double kLeastInside = 0.4;    // share of a part inside the outline
 constexpr float kLeastContrast = 1.5F;  // counts of 8 bits, rms of a part
 constexpr std::size_t kLeastParts = 4;
@@ -90,16 +91,40 @@ bool FlowFinder::cut(const ImageView& image, const RowMask* missing, const Predi
   return square > count * kLeastContrast * kLeastContrast;
 }
 
+/// What is too old, or was not worth to be cut.
+void FlowFinder::forget() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (parts_[i].age > kRemember) continue;
+    if (kept != i) parts_[kept] = parts_[i];
+    ++kept;
+  }
+  parts_.resize(kept);
+}
+
+/// Its own, a new one, or the oldest; those of this frame stay.
+FlowFinder::Part* FlowFinder::part_of(std::uint16_t feature) {
+  for (Part& part : parts_)
+    if (part.feature == feature) return &part;
+  if (!parts_.full()) {
+    parts_.resize(parts_.size() + 1);
+    parts_.back().age = kRemember + 1;
+    return &parts_.back();
+  }
+  Part* const oldest = std::max_element(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) { return a.age < b.age; });
+  return oldest->age > 0 ? oldest : nullptr;
+}
+
 void FlowFinder::learn(const ImageView& image, const RowMask* missing, const PredictionSet& aligned, const MeasurementSet& measured) {
-  parts_.clear();
+  if (!config_.enabled || image.data == nullptr) return;
   seen_.clear();
   points_.clear();
-  if (!config_.enabled || image.data == nullptr) return;
   for (const Measurement& m : measured.items)
     if (m.accepted) {
       seen_.push_back(m.feature);
       points_.push_back(aligned.items[m.feature].uv_px);
     }
+  forget();
   if (points_.size() < kLeastParts) return;
   outline();
   Vec2 low = points_[0], high = points_[0];
@@ -107,12 +132,19 @@ void FlowFinder::learn(const ImageView& image, const RowMask* missing, const Pre
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
-  cell_px_ = std::clamp(static_cast<int>(std::ceil((high - low).maxCoeff() / kAcross_cells)), 1, 16);
+  for (Part& part : parts_) ++part.age;
+  const double across = (high - low).maxCoeff() / kAcross_cells;
+  if (across > cell_px_ || across < kSmaller * cell_px_ - 1) {
+    cell_px_ = std::clamp(static_cast<int>(std::ceil(across)), 1, 16);
+    parts_.clear();
+  }
   const std::size_t step = 1 + (seen_.size() - 1) / kParts;
   for (std::size_t i = 0; i < seen_.size(); i += step) {
-    parts_.resize(parts_.size() + 1);
-    if (!cut(image, missing, aligned.items[seen_[i]], parts_.back())) parts_.pop_back();
+    Part* part = part_of(seen_[i]);
+    if (part == nullptr) break;
+    if (cut(image, missing, aligned.items[seen_[i]], *part)) part->age = 0;
   }
+  forget();
 }
 
 /// The cells in which the parts may be; each part's middle among them.

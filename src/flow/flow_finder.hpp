@@ -22,7 +22,8 @@ class FlowFinder {
  public:
   explicit FlowFinder(const FlowConfig& config);
 
-  /// The picture of a frame, where its features are, and which of them were measured: what hides others is not theirs.
+  /// The picture of a frame, where its features are, and which of them were measured: what hides others is not theirs. What was not
+  /// measured is remembered for kRemember calls.
   void learn(const ImageView& image, const RowMask* missing, const PredictionSet& aligned, const MeasurementSet& measured);
   /// Where the features of the last learn() are in this picture, looked for about `expected` (item i is feature i). Empty when the
   /// pictures do not say. Covariances are those of the place found against the place learnt.
@@ -37,8 +38,10 @@ class FlowFinder {
   static constexpr int kHalf = 4, kSide = 2 * kHalf + 1, kReach = 13, kShifts = 2 * kReach + 1, kGive = 2;
   static constexpr int kMost = 160;              // cells along a side of the field
   static constexpr std::size_t kParts = 24;
+  static constexpr int kRemember = 5;
   struct Part {
     std::uint16_t feature{0};
+    int age{0};                                  // learn() calls since it was cut
     Vec2 inside_px{0, 0};                        // place of the feature from the centre of the middle cell
     std::array<float, kSide * kSide> cell{};     // mean removed, 0 outside the outline
     std::array<float, kSide * kSide> inside{};   // 1 inside the outline
@@ -51,6 +54,8 @@ class FlowFinder {
 
   void outline();
   [[nodiscard]] bool in_outline(const Vec2& uv_px) const;
+  void forget();
+  [[nodiscard]] Part* part_of(std::uint16_t feature);
   bool cut(const ImageView& image, const RowMask* missing, const Prediction& p, Part& part) const;
   bool read_field(const ImageView& image, const RowMask* missing, const PredictionSet& expected);
   void correlate(Part& part) const;
