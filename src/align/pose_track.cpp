@@ -7,6 +7,7 @@ namespace cyclops::align {
 namespace {
 
 constexpr double kErrorGain = 0.15, kVelocityGain = 0.6, kAccelerationGain = 0.7;
+constexpr double kFast_px = 5;         // a frame: motion so large hides the steps of navigation
 constexpr double kLeap_px = 8;         // so far from the track, where navigation contradicted it: another track begins
 constexpr double kFirst_px = 3;        // error of the first prediction with a velocity
 constexpr double kLeastTurn = 0.001;   // rad
@@ -77,13 +78,13 @@ void PoseTrack::follow(const Prior& pictures, const Prior& nav) {
 void PoseTrack::choose(const Prior& nav) {
   Way best = way_error_px2_[kStill] < way_error_px2_[kSteady] ? kStill : kSteady;
   if (known_[kNavigation] && way_error_px2_[kNavigation] < way_error_px2_[best]) best = kNavigation;
-  const bool astray = way_error_px2_[best] > config_.track_floor_px * config_.track_floor_px;  // else these would add but noise
+  astray_ = way_error_px2_[best] > config_.track_floor_px * config_.track_floor_px;  // else these would add but noise
   for (const Way way : {kTurning, kPictures})
-    if (astray && known_[way] && way_error_px2_[way] < way_error_px2_[best]) best = way;
+    if (astray_ && known_[way] && way_error_px2_[way] < way_error_px2_[best]) best = way;
   const double blind = best == kPictures ? 0 : std::max(0.0, (now_ - t_pose_).seconds() - 0.05);
   const double error = std::sqrt(way_error_px2_[best]);
   off_px_ = error + config_.track_growth_px_s * blind;
-  prior_ = around(ways_[best], std::max(config_.track_floor_px, best == kPictures ? 0 : error) + config_.track_growth_px_s * blind);
+  prior_ = around(ways_[best], std::max(config_.track_floor_px, error) + config_.track_growth_px_s * blind);
   if (best == kPictures) prior_.P += pictures_.P;
   contradicted_ = false;
   if (!nav.valid) return;
@@ -104,7 +105,8 @@ Prior PoseTrack::around(const CameraPose& pose, double px) const {
 }
 
 void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool corrected) {
-  if (locked_ && prior_.valid && corrected) {
+  const bool fast = astray_ && way_error_px2_[kStill] > kFast_px * kFast_px;
+  if (locked_ && prior_.valid && corrected && !fast) {
     way_error_px2_ = kFirstError_px2;
     newest_s_ = 0;
     acceleration_.setZero();
@@ -116,7 +118,7 @@ void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool correct
       way_error_px2_[i] += (fresh_ ? 1 : kErrorGain) * (std::min(e * e, 900.0) - way_error_px2_[i]);
     }
     const Vec6 v = difference(T_, pose) / std::max(dt, 1e-3);
-    if (with_navigation == with_navigation_) {
+    if (with_navigation == with_navigation_ || fast) {
       velocity_ += (fresh_ ? 1 : kVelocityGain) * (v - velocity_);
       if (newest_s_ > 0) acceleration_ += kAccelerationGain * ((v - newest_) / (0.5 * (newest_s_ + dt)) - acceleration_);
       newest_ = v;

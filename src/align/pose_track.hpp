@@ -32,7 +32,8 @@ class PoseTrack {
   /// Navigation of this frame says that the track cannot be where it is.
   [[nodiscard]] bool contradicted() const { return contradicted_; }
   /// The pose that this frame's features agreed on. Where navigation comes or goes from one frame to the next, the step is what it
-  /// knows and the picture does not: no motion. `corrected`: neither is the way to this pose, the one before was wrong.
+  /// knows and the picture does not: no motion. `corrected`: neither is the way to this pose, the one before was wrong. Where motions are large
+  /// and hard to foretell both are motion.
   void learn(const CameraPose& pose, bool with_navigation, bool corrected = false);
   /// Time since features last agreed; no track: longer than it is kept.
   [[nodiscard]] double blind_s() const { return blind_s(now_); }
@@ -75,6 +76,7 @@ class PoseTrack {
   std::array<double, kWays> way_error_px2_{kFirstError_px2};
   Prior pictures_;
   double off_px_{0};
+  bool astray_{false};                  // it moves as the simple ways do not say
   double words_{1};                     // of navigation, that count as one
 };
 
