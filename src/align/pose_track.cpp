@@ -7,6 +7,7 @@ namespace cyclops::align {
 namespace {
 
 constexpr double kErrorGain = 0.15, kVelocityGain = 0.6, kAccelerationGain = 0.7;
+constexpr double kSeen = 2;            // pictures of this frame are believed, unless they have been that much worse
 constexpr double kFast_px = 5;         // a frame: motion so large hides the steps of navigation
 constexpr double kLeap_px = 8;         // so far from the track, where navigation contradicted it: another track begins
 constexpr double kFirst_px = 3;        // error of the first prediction with a velocity
@@ -79,8 +80,8 @@ void PoseTrack::choose(const Prior& nav) {
   Way best = way_error_px2_[kStill] < way_error_px2_[kSteady] ? kStill : kSteady;
   if (known_[kNavigation] && way_error_px2_[kNavigation] < way_error_px2_[best]) best = kNavigation;
   astray_ = way_error_px2_[best] > config_.track_floor_px * config_.track_floor_px;  // else these would add but noise
-  for (const Way way : {kTurning, kPictures})
-    if (astray_ && known_[way] && way_error_px2_[way] < way_error_px2_[best]) best = way;
+  if (astray_ && known_[kTurning] && way_error_px2_[kTurning] < way_error_px2_[best]) best = kTurning;
+  if (astray_ && known_[kPictures] && way_error_px2_[kPictures] < kSeen * way_error_px2_[best]) best = kPictures;
   const double blind = best == kPictures ? 0 : std::max(0.0, (now_ - t_pose_).seconds() - 0.05);
   const double error = std::sqrt(way_error_px2_[best]);
   off_px_ = error + config_.track_growth_px_s * blind;

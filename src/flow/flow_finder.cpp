@@ -70,6 +70,7 @@ bool FlowFinder::cut(const ImageView& image, const RowMask* missing, const Predi
   if (u0 < 0 || v0 < 0 || u0 + kSide * cell_px_ > image.width || v0 + kSide * cell_px_ > image.height) return false;
   const Vec2 middle(u0 + 0.5 * (side * kSide - 1), v0 + 0.5 * (side * kSide - 1));
   part.feature = p.feature;
+  part.age = 0;
   part.inside_px = p.uv_px - middle;
   float sum = 0, count = 0;
   for (int v = 0; v < kSide; ++v)
@@ -142,7 +143,7 @@ void FlowFinder::learn(const ImageView& image, const RowMask* missing, const Pre
   for (std::size_t i = 0; i < seen_.size(); i += step) {
     Part* part = part_of(seen_[i]);
     if (part == nullptr) break;
-    if (cut(image, missing, aligned.items[seen_[i]], *part)) part->age = 0;
+    if (cut(image, missing, aligned.items[seen_[i]], fresh_)) *part = fresh_;
   }
   forget();
 }

@@ -70,6 +70,7 @@ class FlowFinder {
   StaticVector<std::uint16_t, kMaxFeatures> seen_{};
   StaticVector<Vec2, kMaxFeatures> points_{}, hull_{};
   StaticVector<Part, kParts> parts_{};
+  Part fresh_{};
   std::vector<float> field_;                     // cells of the new picture
   int field_u0_{0}, field_v0_{0}, field_width_{0}, field_height_{0};
   Map sum_{}, wide_{}, row_{};
