@@ -7,6 +7,8 @@ namespace cyclops::align {
 namespace {
 
 constexpr double kErrorGain = 0.15, kVelocityGain = 0.6, kAccelerationGain = 0.7;
+constexpr double kMoves_px = 2;          // a frame; where it moves less,
+constexpr double kAtLast_px2 = 25;     // pictures, which are coarse, come last
 constexpr double kSeen = 2;            // pictures of this frame are believed, unless they have been that much worse
 constexpr double kFast_px = 5;         // a frame: motion so large hides the steps of navigation
 constexpr double kLeap_px = 8;         // so far from the track, where navigation contradicted it: another track begins
@@ -108,7 +110,9 @@ Prior PoseTrack::around(const CameraPose& pose, double px) const {
 void PoseTrack::learn(const CameraPose& pose, bool with_navigation, bool corrected) {
   const bool fast = astray_ && way_error_px2_[kStill] > kFast_px * kFast_px;
   if (locked_ && prior_.valid && corrected && !fast) {
+    const bool moves = way_error_px2_[kStill] > kMoves_px * kMoves_px;
     way_error_px2_ = kFirstError_px2;
+    if (!moves) way_error_px2_[kPictures] = kAtLast_px2;
     newest_s_ = 0;
     acceleration_.setZero();
   } else if (locked_ && prior_.valid && !(contradicted_ && distance_px(prior_.T, pose) > kLeap_px)) {
