@@ -100,6 +100,7 @@ void PoseTrack::choose(const Prior& nav) {
   prior_.T = moved(prior_.T, prior_.P * solver.solve(gap));
   prior_.P = prior_.P - prior_.P * solver.solve(prior_.P);
   prior_.P = 0.5 * (prior_.P + prior_.P.transpose().eval());
+  off_px_ = std::min(off_px_, spread_px(prior_.T, prior_.P));
 }
 
 Prior PoseTrack::around(const CameraPose& pose, double px) const {

@@ -25,7 +25,7 @@ class PoseTrack {
   void predict(Time now, const Prior& nav, const Prior& motion);
   void predict(Time now, const Prior& nav) { predict(now, nav, nav); }
   [[nodiscard]] const Prior& prior() const { return prior_; }
-  /// How far prior() may be off before navigation's part in it, rms of the features, px an axis; 0 without a track.
+  /// How far prior() may be off, rms of the features, px an axis; 0 without a track.
   [[nodiscard]] double off_px() const { return off_px_; }
   /// After predict: where the pictures lead to from the last pose, and how surely. `nav` as there.
   void follow(const Prior& pictures, const Prior& nav);

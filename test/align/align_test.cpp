@@ -108,6 +108,42 @@ TEST_F(AlignTest, WhatEarlierFramesHaveShownHoldsThePose) {
   EXPECT_EQ(worst_px(none.T_c_k), worst_px(by_corners.T_c_k));
 }
 
+TEST_F(AlignTest, FollowsFeaturesThatMoveAsOneBody) {
+  // GIVEN a pose found once, and a tanker that has then moved by some 30 px and turned
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  see(nav.T_r_k, 12, 0, 3);
+  ASSERT_TRUE(aligner.predict(Time{1'000'000'000}, &nav));
+  Alignment out;
+  aligner.step(*predicted, *corners, out);
+  ASSERT_TRUE(out.consensus);
+  EXPECT_EQ(aligner.off_px(), 0) << "no earlier pose";
+  aligner.learn(out);
+  see(moved({0.02, -0.03, 0.02}, {0, 0.7, 0.3}), 12, 0, 4);
+  ASSERT_TRUE(aligner.predict(Time{1'033'000'000}, nullptr));
+  EXPECT_GT(aligner.off_px(), 2);
+  ASSERT_GT(worst_px(aligner.prior_pose()), 25);
+  // WHEN the pictures show where each has gone, one of them wrongly THEN the prior is there
+  EXPECT_TRUE(aligner.follow(landmarks(model, true_px, 1.0, 12), 8));
+  EXPECT_LT(worst_px(aligner.prior_pose()), 3);
+}
+
+TEST_F(AlignTest, DoesNotFollowFeaturesThatScatter) {
+  Aligner aligner({}, model, camera, T_c_r, 0);
+  see(nav.T_r_k, 12, 0, 3);
+  ASSERT_TRUE(aligner.predict(Time{1'000'000'000}, &nav));
+  Alignment out;
+  aligner.step(*predicted, *corners, out);
+  aligner.learn(out);
+  ASSERT_TRUE(aligner.predict(Time{1'033'000'000}, nullptr));
+  test::Random random(8);
+  std::uniform_real_distribution<double> off(-30, 30);
+  std::vector<Vec2> anywhere = true_px;
+  for (Vec2& uv : anywhere) uv += Vec2(off(random), off(random));
+  EXPECT_FALSE(aligner.follow(landmarks(model, anywhere, 1.0, 0), 8));
+  EXPECT_FALSE(aligner.follow({}, 8));
+  EXPECT_LT(worst_px(aligner.prior_pose()), 2) << "it stays";
+}
+
 /// A second of corners that agree, then clutter alone.
 class MemoryTest : public AlignTest {
  protected:

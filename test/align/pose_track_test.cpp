@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
 namespace cyclops::align {
 namespace {
 
@@ -89,6 +92,78 @@ TEST_F(PoseTrackTest, SaysThatNavigationContradictsIt) {
   EXPECT_FALSE(track.contradicted());
   track.predict(at(2), nav_at(moved(before, (Vec6() << 0, 0, 0, 3, 0, 0).finished())));
   EXPECT_TRUE(track.contradicted());
+}
+
+/// Frames of a tanker whose place is `way(frame)` aside; each learnt. The prior of the next frame stands at the end.
+template <class Way>
+void fly(PoseTrack& track, const CameraPose& from, int frames, Way way, int every, const std::function<Prior(const CameraPose&)>& nav, const std::function<Time(int)>& at) {
+  for (int frame = 0; frame < frames; ++frame) {
+    const CameraPose pose = moved(from, (Vec6() << 0, 0, 0, way(frame), 0, 0).finished());
+    const bool with = frame % every == 0;
+    track.predict(at(frame), with ? nav(pose) : Prior{}, {});
+    track.learn(pose, with);
+    track.end_frame({});
+  }
+  track.predict(at(frames), {});
+}
+
+TEST_F(PoseTrackTest, FollowsAFastMotionThatTurns) {
+  // GIVEN 20 px a frame at most, there and back in 24 frames, which no constant velocity describes
+  const auto way = [](int frame) { return 1.35 * std::sin(2 * 3.14159265 / 24 * frame); };
+  PoseTrack track(config, camera, body);
+  fly(track, before, 48, way, 1000, nav_at, at);
+  const CameraPose there = moved(before, (Vec6() << 0, 0, 0, way(48), 0, 0).finished());
+  const CameraPose last = moved(before, (Vec6() << 0, 0, 0, way(47), 0, 0).finished());
+  ASSERT_GT(apart_px(last, there), 10);
+  EXPECT_LT(apart_px(track.prior().T, there), 2.5);
+}
+
+TEST_F(PoseTrackTest, WhereMotionIsFastAnUpdateOfNavigationIsNoReasonToStandStill) {
+  // GIVEN the same with an update in the frame before
+  const auto way = [](int frame) { return 1.35 * std::sin(2 * 3.14159265 / 24 * frame); };
+  PoseTrack track(config, camera, body);
+  fly(track, before, 48, way, 47, nav_at, at);
+  EXPECT_LT(apart_px(track.prior().T, moved(before, (Vec6() << 0, 0, 0, way(48), 0, 0).finished())), 4);
+}
+
+TEST_F(PoseTrackTest, FollowsWhatThePicturesShowWhereNothingElseIsKnown) {
+  PoseTrack track(config, camera, body);
+  track.predict(at(0), nav_at(before));
+  track.learn(before, true);
+  track.end_frame(nav_at(before));
+  track.predict(at(1), {});
+  EXPECT_GT(track.off_px(), 2) << "after one pose nothing is known of the motion";
+  track.follow({after, 1e-6 * Mat6::Identity(), true}, {});
+  EXPECT_LT(apart_px(track.prior().T, after), 0.1);
+  EXPECT_GE(track.spread_px(track.prior().T, track.prior().P), config.track_floor_px) << "pictures are coarse";
+}
+
+TEST_F(PoseTrackTest, DoesNotFollowPicturesWhereItIsSureOfTheMotion) {
+  PoseTrack track(config, camera, body);
+  for (int frame = 0; frame < 20; ++frame) {
+    track.predict(at(frame), frame == 0 ? nav_at(before) : Prior{});
+    track.learn(before, false);
+    track.end_frame({});
+  }
+  track.predict(at(20), {});
+  EXPECT_LT(track.off_px(), 1);
+  track.follow({after, 1e-6 * Mat6::Identity(), true}, {});
+  EXPECT_LT(apart_px(track.prior().T, before), 0.1);
+}
+
+TEST_F(PoseTrackTest, APoseFarFromAContradictedTrackBeginsAnotherOne) {
+  // GIVEN a track that moves, and navigation that shows it to be elsewhere
+  PoseTrack track(config, camera, body);
+  fly(track, before, 10, [](int frame) { return 0.2 * frame; }, 1000, nav_at, at);
+  const CameraPose elsewhere = moved(before, (Vec6() << 0, 0, 0, -3, 1, 0).finished());
+  track.predict(at(10), nav_at(elsewhere));
+  ASSERT_TRUE(track.contradicted());
+  track.learn(elsewhere, true);
+  track.end_frame({});
+  track.predict(at(11), {});
+  // THEN nothing of the old motion is carried on
+  EXPECT_LT(apart_px(track.prior().T, elsewhere), 0.1);
+  EXPECT_GT(track.off_px(), 2);
 }
 
 }  // namespace
