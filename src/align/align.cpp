@@ -138,8 +138,6 @@ bool Aligner::predict(Time t_mid, const RelativeState* nav, const RelativeState*
   return s.nav.valid || s.track.prior().valid;
 }
 
-double Aligner::off_px() const { return s_->track.off_px(); }
-
 bool Aligner::follow(const LandmarkSet& moved, double give_px) {
   State& s = *s_;
   const Prior& last = s.track.prior();

@@ -40,8 +40,6 @@ class Aligner {
   /// the pose of earlier frames from wandering, but is no navigation to compare with. False: neither navigation nor an earlier pose helps.
   bool predict(Time t_mid, const RelativeState* nav, const RelativeState* carried = nullptr);
   [[nodiscard]] const Pose<frame::C, frame::K>& prior_pose() const;
-  /// How far the pose that was carried on from earlier frames may be off, rms of the features, px an axis; 0: there is none.
-  [[nodiscard]] double off_px() const;
   /// After predict: where the features of the last frame that agreed have gone, by the pictures; they were looked for up to `give_px` from
   /// the motion of the group. The prior follows when they move as one body. False: they do not.
   bool follow(const LandmarkSet& moved, double give_px);

@@ -56,7 +56,6 @@ void PoseTrack::predict(Time now, const Prior& nav, const Prior& motion) {
   }
   prior_ = {};
   contradicted_ = false;
-  off_px_ = 0;
   known_ = {};
   const double blind = (now - t_pose_).seconds();
   if (!locked_ || !has_shape_ || blind > config_.forget_after_s) return;
@@ -86,7 +85,6 @@ void PoseTrack::choose(const Prior& nav) {
   if (astray_ && known_[kPictures] && way_error_px2_[kPictures] < kSeen * way_error_px2_[best]) best = kPictures;
   const double blind = best == kPictures ? 0 : std::max(0.0, (now_ - t_pose_).seconds() - 0.05);
   const double error = std::sqrt(way_error_px2_[best]);
-  off_px_ = error + config_.track_growth_px_s * blind;
   prior_ = around(ways_[best], std::max(config_.track_floor_px, error) + config_.track_growth_px_s * blind);
   if (best == kPictures) prior_.P += pictures_.P;
   contradicted_ = false;
@@ -100,7 +98,6 @@ void PoseTrack::choose(const Prior& nav) {
   prior_.T = moved(prior_.T, prior_.P * solver.solve(gap));
   prior_.P = prior_.P - prior_.P * solver.solve(prior_.P);
   prior_.P = 0.5 * (prior_.P + prior_.P.transpose().eval());
-  off_px_ = std::min(off_px_, spread_px(prior_.T, prior_.P));
 }
 
 Prior PoseTrack::around(const CameraPose& pose, double px) const {

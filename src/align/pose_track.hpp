@@ -25,8 +25,6 @@ class PoseTrack {
   void predict(Time now, const Prior& nav, const Prior& motion);
   void predict(Time now, const Prior& nav) { predict(now, nav, nav); }
   [[nodiscard]] const Prior& prior() const { return prior_; }
-  /// How far prior() may be off, rms of the features, px an axis; 0 without a track.
-  [[nodiscard]] double off_px() const { return off_px_; }
   /// After predict: where the pictures lead to from the last pose, and how surely. `nav` as there.
   void follow(const Prior& pictures, const Prior& nav);
   /// Navigation of this frame says that the track cannot be where it is.
@@ -75,7 +73,6 @@ class PoseTrack {
   std::array<bool, kWays> known_{};
   std::array<double, kWays> way_error_px2_{kFirstError_px2};
   Prior pictures_;
-  double off_px_{0};
   bool astray_{false};                  // it moves as the simple ways do not say
   double words_{1};                     // of navigation, that count as one
 };

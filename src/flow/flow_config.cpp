@@ -4,7 +4,6 @@ namespace cyclops {
 
 Result<FlowConfig> FlowConfig::read(ConfigTable& table, FlowConfig c) {
   table.read("enabled", c.enabled);
-  table.read_in("from_px", 0.0, 1000.0, c.from_px);
   table.read_in("least_correlation", 0.0, 0.999, c.least_correlation);
   table.read_in("least_margin", 0.0, 1.0, c.least_margin);
   return c;

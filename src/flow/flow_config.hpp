@@ -6,7 +6,6 @@ namespace cyclops {
 
 struct FlowConfig {
   bool enabled{true};
-  double from_px{2};              ///< looked at when predictions from earlier frames have been off by more, rms of the features, an axis
   double least_correlation{0.6};  ///< of the surroundings of one feature
   double least_margin{0.05};      ///< by which the motion that suits most has to be better than another, mean correlation
 

@@ -1,5 +1,6 @@
 #pragma once
-/// How far the features have moved since they were last agreed on, from the pictures alone: for motions that nothing has predicted.
+/// How far the features have moved since they were last agreed on, from the pictures alone: for motions that nothing has predicted, where
+/// corners do not agree about the expected pose.
 ///
 /// Learn    after a frame whose pose is known: what surrounds each feature, in cells of some pixels, as far as it lies inside the outline
 ///          (convex hull) of the features. What is outside is background and need not move with them.
@@ -32,7 +33,6 @@ class FlowFinder {
   const LandmarkSet& find_again(const PredictionSet& expected);
   /// So far from the motion of the group a feature is looked for.
   [[nodiscard]] double give_px() const { return static_cast<double>(kGive * cell_px_); }
-  void reset() { parts_.clear(); }
 
  private:
   static constexpr int kHalf = 4, kSide = 2 * kHalf + 1, kReach = 13, kShifts = 2 * kReach + 1, kGive = 2;

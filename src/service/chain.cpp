@@ -75,7 +75,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.in = frame;
   out.alignment = {};
   const bool seen = image.data != nullptr && frame.frame.status != FrameStatus::kMissing;
-  if (profile_.align.enabled) estimate_aligned(frame, seen ? image : ImageView{}, missing, out);
+  if (profile_.align.enabled) estimate_aligned(frame, out);
   else estimate(frame, out);
   watch.lap(Stage::kEstimate, out);
   out.sub_images.clear();
@@ -86,7 +86,7 @@ void Chain::step(const AlignedFrame& frame, const ImageView& image, const RowMas
   out.corners.seq = frame.frame.seq;
   out.corners.t_mid = frame.frame.t_mid;
   watch.lap(Stage::kDetect, out);
-  if (profile_.align.enabled) align(seen ? image : ImageView{}, missing, out);
+  if (profile_.align.enabled) align(frame, seen ? image : ImageView{}, missing, out);
   watch.lap(Stage::kAlign, out);
   find_edges(seen ? image : ImageView{}, missing, out);
   watch.lap(Stage::kEdge, out);
@@ -139,14 +139,13 @@ void Chain::estimate(const AlignedFrame& frame, FrameOutput& out) {
 }
 
 /// Where to look: navigation and the pose of earlier frames; the tracks follow once the group has been found.
-void Chain::estimate_aligned(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
+void Chain::estimate_aligned(const AlignedFrame& frame, FrameOutput& out) {
   tracker_.begin_frame(frame.frame.t_mid, rigid_motion(frame));
   const RelativeState* nav = frame.nav.state.valid ? &frame.nav.state : nullptr;
   if (nav != nullptr) predict(*nav, rig_.tanker, rig_.camera, mount_, profile_.estimate, out.predictions);
   else predictions_from_tracks(out);
   if (aligner_.predict(frame.frame.t_mid, nav, nav_carry_.at(frame.frame.t_mid, frame.nav.state))) {
     look_around(frame, out);
-    if (profile_.flow.enabled && aligner_.off_px() > profile_.flow.from_px) follow(frame, image, missing, out);
   } else {
     out.search = out.predictions;
   }
@@ -154,20 +153,23 @@ void Chain::estimate_aligned(const AlignedFrame& frame, const ImageView& image, 
   out.predictions.t_mid = out.search.t_mid = frame.frame.t_mid;
 }
 
-/// The prediction is not to be relied on: what the pictures say of the motion.
-void Chain::follow(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
+/// Corners do not agree where they were expected: what the pictures say of the motion. False: nothing.
+bool Chain::follow(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
   constexpr int kTimes = 3;
   for (int n = 0; n < kTimes; ++n) {
     const LandmarkSet& moved = n == 0 ? flow_finder_.find(image, missing, out.search) : flow_finder_.find_again(out.search);
-    if (!aligner_.follow(moved, flow_finder_.give_px())) return;
+    if (!aligner_.follow(moved, flow_finder_.give_px())) return n > 0;
     look_around(frame, out);
   }
+  return true;
 }
 
 /// Where to look, from the pose that the aligner expects.
 void Chain::look_around(const AlignedFrame& frame, FrameOutput& out) {
   predict(expected(frame.nav.state, T_c_r_, aligner_), rig_.tanker, rig_.camera, mount_, profile_.estimate, out.search);
   aligner_.widen(out.search);
+  out.search.seq = frame.frame.seq;
+  out.search.t_mid = frame.frame.t_mid;
 }
 
 void Chain::predictions_from_tracks(FrameOutput& out) const {
@@ -204,8 +206,13 @@ void Chain::segment(FrameOutput& out) {
   segmenter_.segment({points_.begin(), points_.size()}, rig_.camera.intrinsics().width, rig_.camera.intrinsics().height, out.sub_images, reach);
 }
 
-void Chain::align(const ImageView& image, const RowMask* missing, FrameOutput& out) {
+void Chain::align(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out) {
   aligner_.step(out.search, out.corners, out.alignment);
+  if (!out.alignment.consensus && profile_.flow.enabled && image.data != nullptr && follow(frame, image, missing, out)) {
+    segment(out);
+    detector_.detect(image, missing, out.sub_images, out.corners);
+    aligner_.step(out.search, out.corners, out.alignment);
+  }
   if (!out.alignment.consensus) recognise(image, missing, out);
   aligner_.search(out.search, out.corners, out.alignment);
   place_aligned(out);

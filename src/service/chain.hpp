@@ -56,12 +56,12 @@ class Chain {
 
  private:
   void estimate(const AlignedFrame& frame, FrameOutput& out);
-  void estimate_aligned(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
+  void estimate_aligned(const AlignedFrame& frame, FrameOutput& out);
   void look_around(const AlignedFrame& frame, FrameOutput& out);
-  void follow(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
+  bool follow(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
   void predictions_from_tracks(FrameOutput& out) const;
   void segment(FrameOutput& out);
-  void align(const ImageView& image, const RowMask* missing, FrameOutput& out);
+  void align(const AlignedFrame& frame, const ImageView& image, const RowMask* missing, FrameOutput& out);
   void recognise(const ImageView& image, const RowMask* missing, FrameOutput& out);
   void place_aligned(FrameOutput& out);
   void find_edges(const ImageView& image, const RowMask* missing, FrameOutput& out);

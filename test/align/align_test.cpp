@@ -116,11 +116,9 @@ TEST_F(AlignTest, FollowsFeaturesThatMoveAsOneBody) {
   Alignment out;
   aligner.step(*predicted, *corners, out);
   ASSERT_TRUE(out.consensus);
-  EXPECT_EQ(aligner.off_px(), 0) << "no earlier pose";
   aligner.learn(out);
   see(moved({0.02, -0.03, 0.02}, {0, 0.7, 0.3}), 12, 0, 4);
   ASSERT_TRUE(aligner.predict(Time{1'033'000'000}, nullptr));
-  EXPECT_GT(aligner.off_px(), 2);
   ASSERT_GT(worst_px(aligner.prior_pose()), 25);
   // WHEN the pictures show where each has gone, one of them wrongly THEN the prior is there
   EXPECT_TRUE(aligner.follow(landmarks(model, true_px, 1.0, 12), 8));
