@@ -9,6 +9,7 @@ namespace {
 constexpr double kErrorGain = 0.15, kVelocityGain = 0.6, kAccelerationGain = 0.7;
 constexpr double kMoves_px = 2;          // a frame; where it moves less,
 constexpr double kAtLast_px2 = 25;     // pictures, which are coarse, come last
+constexpr double kTurn_s = 0.3;       // an acceleration is carried on for so long
 constexpr double kSeen = 2;            // pictures of this frame are believed, unless they have been that much worse
 constexpr double kFast_px = 5;         // a frame: motion so large hides the steps of navigation
 constexpr double kLeap_px = 8;         // so far from the track, where navigation contradicted it: another track begins
@@ -59,7 +60,7 @@ void PoseTrack::predict(Time now, const Prior& nav, const Prior& motion) {
   known_ = {};
   const double blind = (now - t_pose_).seconds();
   if (!locked_ || !has_shape_ || blind > config_.forget_after_s) return;
-  known_ = {true, true, motion.valid && previous_nav_.valid, newest_s_ > 0, false};
+  known_ = {true, true, motion.valid && previous_nav_.valid, newest_s_ > 0 && blind < kTurn_s, false};
   ways_[kStill] = T_;
   ways_[kSteady] = moved(T_, velocity_ * blind);
   ways_[kTurning] = moved(T_, (newest_ + 0.5 * (newest_s_ + blind) * acceleration_) * blind);

@@ -152,11 +152,16 @@ void FlowFinder::learn(const ImageView& image, const RowMask* missing, const Pre
 bool FlowFinder::read_field(const ImageView& image, const RowMask* missing, const PredictionSet& expected) {
   const double side = cell_px_;
   Vec2 low(1e9, 1e9), high(-1e9, -1e9);
-  for (const Part& part : parts_) {
-    const Vec2& at = expected.items[part.feature].uv_px;
-    low = low.cwiseMin(at);
-    high = high.cwiseMax(at);
+  std::size_t sought = 0;
+  for (Part& part : parts_) {
+    const Prediction& at = expected.items[part.feature];
+    part.sought = at.visibility == Visibility::kVisible;
+    if (!part.sought) continue;
+    ++sought;
+    low = low.cwiseMin(at.uv_px);
+    high = high.cwiseMax(at.uv_px);
   }
+  if (sought < kLeastParts) return false;
   const double margin = side * (kReach + kHalf + 1);
   const auto first = [&](double at) { return std::max(0, static_cast<int>(std::floor(at - margin))); };
   const auto last = [&](double at, int size) { return std::min(size, static_cast<int>(std::ceil(at + margin))); };
@@ -169,6 +174,7 @@ bool FlowFinder::read_field(const ImageView& image, const RowMask* missing, cons
     for (int u = 0; u < field_width_; ++u)
       field_[static_cast<std::size_t>(v * kMost + u)] = cell(image, missing, field_u0_ + u * cell_px_, field_v0_ + v * cell_px_, cell_px_);
   for (Part& part : parts_) {
+    if (!part.sought) continue;
     const Vec2 middle = middle_cell(part, expected.items[part.feature]);
     part.u = static_cast<int>(std::lround(middle.x()));
     part.v = static_cast<int>(std::lround(middle.y()));
@@ -231,7 +237,10 @@ void FlowFinder::widen(const Map& map, Map& out) const {
 bool FlowFinder::group(int& u, int& v) {
   constexpr float kOwn = 0.1F;  // of the map that gives nothing: the middle of the plateau
   sum_.fill(0);
+  double n = 0;
   for (const Part& part : parts_) {
+    if (!part.sought) continue;
+    ++n;
     widen(part.map, wide_);
     for (std::size_t i = 0; i < sum_.size(); ++i) sum_[i] += wide_[i] + kOwn * part.map[i];
   }
@@ -242,7 +251,6 @@ bool FlowFinder::group(int& u, int& v) {
   for (int y = 0; y < kShifts; ++y)
     for (int x = 0; x < kShifts; ++x)
       if (std::max(std::abs(x - u), std::abs(y - v)) > 2 * kGive) second = std::max(second, sum_[static_cast<std::size_t>(y * kShifts + x)]);
-  const auto n = static_cast<double>(parts_.size());
   return sum_[best] > n * config_.least_correlation && sum_[best] - second > n * config_.least_margin;
 }
 
@@ -279,16 +287,19 @@ void FlowFinder::place(const Part& part, int u, int v) {
 const LandmarkSet& FlowFinder::find(const ImageView& image, const RowMask* missing, const PredictionSet& expected) {
   found_.clear();
   if (!config_.enabled || image.data == nullptr || parts_.size() < kLeastParts || !read_field(image, missing, expected)) return found_;
-  for (Part& part : parts_) correlate(part);
+  for (Part& part : parts_)
+    if (part.sought) correlate(part);
   int u = 0, v = 0;
   if (!group(u, v)) return found_;
-  for (const Part& part : parts_) place(part, u, v);
+  for (const Part& part : parts_)
+    if (part.sought) place(part, u, v);
   return enough();
 }
 
 const LandmarkSet& FlowFinder::find_again(const PredictionSet& expected) {
   found_.clear();
   for (const Part& part : parts_) {
+    if (!part.sought || expected.items[part.feature].visibility != Visibility::kVisible) continue;
     const Vec2 middle = middle_cell(part, expected.items[part.feature]);
     place(part, static_cast<int>(std::lround(middle.x())) - part.u + kReach, static_cast<int>(std::lround(middle.y())) - part.v + kReach);
   }

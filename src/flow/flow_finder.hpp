@@ -47,7 +47,8 @@ class FlowFinder {
     std::array<float, kSide * kSide> inside{};   // 1 inside the outline
     float norm{0};
     float count{0};
-    int u{0}, v{0};                              // middle cell at the expected place, in the field
+    bool sought{false};                          // in this frame: its place is expected in the image
+    int u{0}, v{0};                              // then: middle cell at that place, in the field
     std::array<float, kShifts * kShifts> map{};  // correlation by shift
   };
   using Map = std::array<float, kShifts * kShifts>;

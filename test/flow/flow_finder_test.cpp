@@ -150,11 +150,18 @@ TEST_F(FlowFinderTest, MissingRowsAndPicturesAndPlacesOutsideAreNoHarm) {
   EXPECT_LT(worst_px(marks, now), 2.5);
   EXPECT_TRUE(finder.find(image, &all, *predicted).empty());
   EXPECT_TRUE(finder.find({}, nullptr, *predicted).empty());
-  for (const double off : {-400.0, 400.0, 1e7}) {
+  for (const double off : {-400.0, 400.0, 1e15}) {
     plate.predict(then, 1, *predicted);
-    for (Prediction& p : predicted->items) p.uv_px += Vec2(off, off);
+    for (Prediction& p : predicted->items) {
+      p.uv_px += Vec2(off, off);
+      p.visibility = Visibility::kOutsideImage;
+    }
     EXPECT_TRUE(finder.find(image, nullptr, *predicted).empty()) << off;
   }
+  plate.predict(then, 1, *predicted);
+  ASSERT_FALSE(finder.find(image, nullptr, *predicted).empty());
+  for (Prediction& p : predicted->items) p.uv_px = {p.feature % 2 == 0 ? 0 : 319, 239};  // anywhere: the rim, and far from where it was looked for
+  finder.find_again(*predicted);
   FlowFinder off{FlowConfig{.enabled = false}};
   plate.predict(then, 1, *predicted);
   EXPECT_TRUE(off.find(image, nullptr, *predicted).empty());
