@@ -2,7 +2,8 @@
 /// Inside align: the aligned pose of earlier frames, moved on to this one, and how far such predictions have been off.
 ///
 /// Five ways compete, by their recent errors on the image: standing still, constant velocity, constant acceleration, navigation's own motion,
-/// and the motion that the pictures show where they are looked at for it. The covariance has the shape of navigation's, scaled to the error that the winner has shown.
+/// and the motion that the pictures show where they are looked at for it. The covariance has the shape of navigation's, scaled to the error
+/// that the winner has shown; the pictures' own covariance is added.
 /// Time     service clock. Threads: one at a time. Memory: fixed.
 #include <array>
 #include <vector>

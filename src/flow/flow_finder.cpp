@@ -1,7 +1,7 @@
 #include "flow/flow_finder.hpp"
 
-#include <algorithm>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 namespace cyclops {
@@ -109,6 +109,7 @@ FlowFinder::Part* FlowFinder::part_of(std::uint16_t feature) {
     if (part.feature == feature) return &part;
   if (!parts_.full()) {
     parts_.resize(parts_.size() + 1);
+    parts_.back().feature = feature;
     parts_.back().age = kRemember + 1;
     return &parts_.back();
   }
@@ -220,7 +221,7 @@ void FlowFinder::correlate(Part& part) const {
 }
 
 /// The best within kGive cells, one axis after the other.
-void FlowFinder::widen(const Map& map, Map& out) const {
+void FlowFinder::widen(const Map& map, Map& out) {
   const auto best = [](const Map& from, int at, int step, int place) {
     float most = -1;
     for (int d = std::max(-kGive, -place); d <= std::min(kGive, kShifts - 1 - place); ++d) most = std::max(most, from[static_cast<std::size_t>(at + d * step)]);

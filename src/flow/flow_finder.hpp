@@ -39,6 +39,7 @@ class FlowFinder {
   static constexpr int kMost = 160;              // cells along a side of the field
   static constexpr std::size_t kParts = 24;
   static constexpr int kRemember = 5;
+  using Map = std::array<float, kShifts * kShifts>;  // by shift
   struct Part {
     std::uint16_t feature{0};
     int age{0};                                  // learn() calls since it was cut
@@ -49,9 +50,8 @@ class FlowFinder {
     float count{0};
     bool sought{false};                          // in this frame: its place is expected in the image
     int u{0}, v{0};                              // then: middle cell at that place, in the field
-    std::array<float, kShifts * kShifts> map{};  // correlation by shift
+    Map map{};                                   // correlation
   };
-  using Map = std::array<float, kShifts * kShifts>;
 
   void outline();
   [[nodiscard]] bool in_outline(const Vec2& uv_px) const;
@@ -60,7 +60,7 @@ class FlowFinder {
   bool cut(const ImageView& image, const RowMask* missing, const Prediction& p, Part& part) const;
   bool read_field(const ImageView& image, const RowMask* missing, const PredictionSet& expected);
   void correlate(Part& part) const;
-  void widen(const Map& map, Map& out) const;
+  static void widen(const Map& map, Map& out);
   [[nodiscard]] bool group(int& u, int& v);
   void place(const Part& part, int u, int v);
   [[nodiscard]] Vec2 middle_cell(const Part& part, const Prediction& expected) const;
@@ -74,7 +74,7 @@ class FlowFinder {
   Part fresh_{};
   std::vector<float> field_;                     // cells of the new picture
   int field_u0_{0}, field_v0_{0}, field_width_{0}, field_height_{0};
-  Map sum_{}, wide_{}, row_{};
+  Map sum_{}, wide_{};
   LandmarkSet found_{};
 };
 

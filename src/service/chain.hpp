@@ -1,5 +1,6 @@
 #pragma once
-/// estimate -> segment -> detect -> align -> edge -> patch -> associate -> track -> publish, for one frame.
+/// estimate -> segment -> detect -> align -> edge -> patch -> associate -> track -> publish, for one frame. Where corners do not agree: flow,
+/// and from segment to align once more.
 ///
 /// Threads  one at a time; no heap after construction. Deterministic: `times` is the only output that is not.
 #include "align/align.hpp"
