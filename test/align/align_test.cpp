@@ -52,6 +52,15 @@ class AlignTest : public ::testing::Test {
       corners->items.push_back(c);
     }
   }
+  /// All features where navigation says, in a frame at 1 s.
+  void find_once(Aligner& aligner) {
+    see(nav.T_r_k, 12, 0, 3);
+    ASSERT_TRUE(aligner.predict(Time{1'000'000'000}, &nav));
+    Alignment out;
+    aligner.step(*predicted, *corners, out);
+    ASSERT_TRUE(out.consensus);
+    aligner.learn(out);
+  }
   double worst_px(const Pose<frame::C, frame::K>& pose) const {
     double worst = 0;
     for (std::size_t i = 0; i < true_px.size(); ++i)
@@ -111,12 +120,7 @@ TEST_F(AlignTest, WhatEarlierFramesHaveShownHoldsThePose) {
 TEST_F(AlignTest, FollowsFeaturesThatMoveAsOneBody) {
   // GIVEN a pose found once, and a tanker that has then moved by some 30 px and turned
   Aligner aligner({}, model, camera, T_c_r, 0);
-  see(nav.T_r_k, 12, 0, 3);
-  ASSERT_TRUE(aligner.predict(Time{1'000'000'000}, &nav));
-  Alignment out;
-  aligner.step(*predicted, *corners, out);
-  ASSERT_TRUE(out.consensus);
-  aligner.learn(out);
+  find_once(aligner);
   see(moved({0.02, -0.03, 0.02}, {0, 0.7, 0.3}), 12, 0, 4);
   ASSERT_TRUE(aligner.predict(Time{1'033'000'000}, nullptr));
   ASSERT_GT(worst_px(aligner.prior_pose()), 25);
@@ -127,11 +131,7 @@ TEST_F(AlignTest, FollowsFeaturesThatMoveAsOneBody) {
 
 TEST_F(AlignTest, DoesNotFollowFeaturesThatScatter) {
   Aligner aligner({}, model, camera, T_c_r, 0);
-  see(nav.T_r_k, 12, 0, 3);
-  ASSERT_TRUE(aligner.predict(Time{1'000'000'000}, &nav));
-  Alignment out;
-  aligner.step(*predicted, *corners, out);
-  aligner.learn(out);
+  find_once(aligner);
   ASSERT_TRUE(aligner.predict(Time{1'033'000'000}, nullptr));
   test::Random random(8);
   std::uniform_real_distribution<double> off(-30, 30);
