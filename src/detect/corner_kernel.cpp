@@ -11,6 +11,9 @@ namespace cyclops {
 namespace {
 
 constexpr float kLowest = -std::numeric_limits<float>::infinity();
+constexpr int kAhead = 6;     // rows
+constexpr int kWide = 128;    // columns from which on it pays
+constexpr int kLine = 64;     // bytes of a line of the cache
 
 /// No row of v - reach .. v + reach is missing.
 bool clear(const RowMask* missing, int v, int reach, const PixelRect& domain) {
@@ -32,6 +35,13 @@ void read_pixels(const KernelJob& job, int v, int u, int n, float* out) {
   } else {
     rows::to_float(job.image.row16(v) + u, n, out);
   }
+}
+
+/// Pixels of a row that will be read soon: the rows of a strip lie too far apart for the processor to foresee them.
+void fetch(const ImageView& image, int v, int u, int n) {
+  const int pixel = bytes_per_pixel(image.format);
+  const std::uint8_t* row = image.row8(v) + u * pixel;
+  for (int i = 0; i < n * pixel; i += kLine) __builtin_prefetch(row + i);
 }
 
 /// Calls f.operator()<N>() for the N in 1..Max that equals n.
@@ -133,6 +143,7 @@ void CornerKernel::load_pixels(const KernelJob& job, const Span& span, int v) {
   float* out = pixel_ring_.renew();
   const auto& [first, n, begin, end] = span;
   if (job.zero_outside && (v < job.domain.v0 || v >= job.domain.v1)) return void(std::fill_n(out, n, 0.0F));
+  if (n > kWide) fetch(job.image, std::clamp(v + kAhead, job.domain.v0, job.domain.v1 - 1), first + begin, end - begin);
   read_pixels(job, std::clamp(v, job.domain.v0, job.domain.v1 - 1), first + begin, end - begin, out + begin);
   if (begin == 0 && end == n) return;
   std::fill(out, out + begin, job.zero_outside ? 0.0F : out[begin]);
