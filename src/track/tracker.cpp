@@ -208,40 +208,28 @@ Mat2 Tracker::noise(const Corner& corner) const {
   return corner.cov_px2 + sigma * sigma * Mat2::Identity();
 }
 
-/// The gain of least variance, H = [I 0]: innovation covariance S = A + R, gains A S^-1 and B^T S^-1.
-void Tracker::optimal(Track& track, Inner& inner, const Corner& corner) const {
-  const Mat2 R = noise(corner);
-  if (config_.first_hit_takes_corner && !inner.hit) {
-    track.uv_px = corner.uv_px;
-    track.cov_px2 = R;
-    inner.cross = Mat2::Zero();
-    return;
-  }
-  const Vec2 residual = corner.uv_px - track.uv_px;
-  const Mat2 A = track.cov_px2, B = inner.cross, S = A + R;
-  if (!(S.determinant() > 0)) return;
-  const Mat2 Kx = A * S.inverse(), Kv = B.transpose() * S.inverse(), J = Mat2::Identity() - Kx;
-  track.uv_px += Kx * residual;
-  track.velocity_px_s += Kv * residual;
-  track.cov_px2 = J * A * J.transpose() + Kx * R * Kx.transpose();
-  inner.cross = J * (B - A * Kv.transpose()) + Kx * R * Kv.transpose();
-  inner.velocity -= Kv * S * Kv.transpose();
+/// Of the innovation r = z - x into place and velocity: alpha, beta / T (spec 2.6), or those of least variance, H = [I 0]: A S^-1, B^T S^-1
+/// with S = A + R. Zero-order hold is 1, 0, and so is the first hit where a start by navigation shows no motion.
+Tracker::Gains Tracker::gains(const Track& track, const Inner& inner, const Mat2& R) const {
+  if (!moves(config_.filter) || (config_.first_hit_takes_corner && !inner.hit)) return {Mat2::Identity(), Mat2::Zero()};
+  if (config_.filter == Filter::kAlphaBeta)
+    return {config_.alpha * Mat2::Identity(), (interval_s_ <= 0 ? 0.0 : config_.beta / interval_s_) * Mat2::Identity()};
+  const Mat2 S = track.cov_px2 + R;
+  if (!(S.determinant() > 0)) return {Mat2::Zero(), Mat2::Zero()};
+  return {track.cov_px2 * S.inverse(), inner.cross.transpose() * S.inverse()};
 }
 
-/// x+ = x + alpha r, v+ = v + beta / T r with r = z - x, and the covariance that goes with these gains. Spec 2.6.
-void Tracker::correct(Track& track, Inner& inner, const Corner& corner) {
-  const bool hold = config_.filter != Filter::kAlphaBeta;
-  const bool settle = hold || (config_.first_hit_takes_corner && !inner.hit);
-  const double a = settle ? 1.0 : config_.alpha;
-  const double g = settle || interval_s_ <= 0 ? 0.0 : config_.beta / interval_s_;
+/// x+ = x + K r, and the covariance that goes with these gains.
+void Tracker::correct(Track& track, Inner& inner, const Corner& corner) const {
+  const Mat2 R = noise(corner), A = track.cov_px2, B = inner.cross;
+  const auto [place, velocity] = gains(track, inner, R);
+  const Mat2 left = Mat2::Identity() - place;
   const Vec2 residual = corner.uv_px - track.uv_px;
-  track.uv_px += a * residual;
-  track.velocity_px_s += g * residual;
-  const Mat2 A = track.cov_px2, B = inner.cross;
-  const Mat2& R = corner.cov_px2;
-  track.cov_px2 = (1 - a) * (1 - a) * A + a * a * R;
-  inner.cross = (1 - a) * (B - g * A) + a * g * R;
-  inner.velocity += -g * (B + B.transpose()) + g * g * (A + R);
+  track.uv_px += place * residual;
+  track.velocity_px_s += velocity * residual;
+  track.cov_px2 = left * A * left.transpose() + place * R * place.transpose();
+  inner.cross = left * (B - A * velocity.transpose()) + place * R * velocity.transpose();
+  inner.velocity += velocity * (A + R) * velocity.transpose() - velocity * B - B.transpose() * velocity.transpose();
 }
 
 /// One frame's part of the log-likelihood ratio "follows the feature" to "follows clutter"; `corner` null: a miss. Before correct().
@@ -287,8 +275,7 @@ void Tracker::update(const MatchSet& matches, const CornerSet& corners) {
       continue;
     }
     weigh(track, inner_[i], &corners.items[static_cast<std::size_t>(matches[i].corner)]);
-    if (config_.filter == Filter::kKalman) optimal(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
-    else correct(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
+    correct(track, inner_[i], corners.items[static_cast<std::size_t>(matches[i].corner)]);
     inner_[i].hit = true;
     ++counters_.hits;
     track.score = std::max(0, track.score - 1);

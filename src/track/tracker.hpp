@@ -7,10 +7,11 @@
 /// Starts   only a navigation update starts a track; a deleted or departed track stays off until the next one.
 /// Change   Track::change holds what happened to the track in this frame, the gravest last: hit or miss, then start or replacement
 ///          by navigation, then the end. Whether a started track was hit too shows in its state: kLive or kCoasting.
-/// Motion   kKalman: where navigation's rates say how the feature moves (RigidMotion), they are the known input of the filter and its
-///          velocity differs from theirs by little, slowly; where they say nothing, the velocity is what the corners have shown.
-///            v = v + w - w_before,  x = x + T v,  P = F P F^T + Q;  K = P H^T (H P H^T + R)^-1, R the corner's covariance
-///          w: that motion over T. It comes and goes with navigation: where it begins it is taken as a measurement of the velocity.
+/// Motion   kKalman: where navigation's rates say how the feature moves (RigidMotion), their change is the known input of the filter; where
+///          they say nothing, the velocity is what the corners have shown.
+///            v = v + w - w_before,  x = x + T v,  P = F P F^T + Q;  K = P H^T (H P H^T + R)^-1
+///          w: that motion over T. Where it begins, and at an update after frames without one, it is a measurement of the velocity. Q: from
+///          update to update little, else as for a velocity that nothing leads. R: the corner's covariance and corner_sigma_px.
 /// Covariance  per track, of position and velocity, carried through the gains in use: x+ = x + K (z - x), P+ = (I-KH) P (I-KH)^T
 ///          + K R K^T (Joseph), which holds for any gain. Between frames white acceleration noise is added.
 /// Score    kHits: misses less hits, floor 0 (the thesis). kLikelihood: sum of log( P_D N(innovation; S) / clutter ) for hits
@@ -115,11 +116,14 @@ class Tracker {
     Mat2 nav_cov_px2{Mat2::Zero()};
     Time t_nav{};
   };
+  struct Gains {
+    Mat2 place, velocity;               ///< velocity: per second
+  };
   void lead(Track& track, Inner& inner, const RigidMotion* motion) const;
   static void take_velocity(Track& track, Inner& inner);
   void propagate(Track& track, Inner& inner, double dt) const;
-  void optimal(Track& track, Inner& inner, const Corner& corner) const;
-  void correct(Track& track, Inner& inner, const Corner& corner);
+  [[nodiscard]] Gains gains(const Track& track, const Inner& inner, const Mat2& R) const;
+  void correct(Track& track, Inner& inner, const Corner& corner) const;
   void miss(Track& track, Inner& inner);
   void weigh(Track& track, Inner& inner, const Corner* corner) const;
   void blend(Track& track, Inner& inner, const Prediction& prediction);
